@@ -1,0 +1,141 @@
+"""The pinhole camera, and the RGB-D image every predictor is given.
+
+Camera frames have OpenCV axes: x right, y down, z forward. Pixel centres lie at
+integers + 0.5, so the left edge of the image is u = 0 and the right edge u = width.
+Depth is z-depth (distance along the optical axis, not range) in metres, 0 where invalid.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Intrinsics:
+    """Pinhole intrinsics without distortion.
+
+    Attributes:
+        width, height: image size in pixels.
+        fx, fy: focal lengths in pixels.
+        cx, cy: principal point in pixels (image edge = 0, so the middle of a 640 px row is 320).
+    """
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+
+    def __post_init__(self) -> None:
+        if self.width < 1 or self.height < 1:
+            raise ValueError(f"image size must be positive, got {self.width}×{self.height}")
+        if not (np.isfinite([self.fx, self.fy, self.cx, self.cy]).all() and self.fx > 0 and self.fy > 0):
+            raise ValueError(f"focal lengths must be positive and finite, got fx={self.fx}, fy={self.fy}")
+
+    @classmethod
+    def from_fov(cls, width: int, height: int, horizontal_fov: float) -> Intrinsics:
+        """Square pixels and a centred principal point; ``horizontal_fov`` in radians."""
+        f = width / 2 / np.tan(horizontal_fov / 2)
+        return cls(width, height, float(f), float(f), width / 2, height / 2)
+
+    @property
+    def matrix(self) -> Floats:
+        """The 3×3 matrix K."""
+        return np.array([[self.fx, 0, self.cx], [0, self.fy, self.cy], [0, 0, 1]])
+
+    @property
+    def vertical_fov(self) -> float:
+        """Vertical field of view in radians of a centred principal point."""
+        return float(2 * np.arctan(self.height / 2 / self.fy))
+
+    def project(self, points: ArrayLike) -> Floats:
+        """Camera-frame points (…, 3) [m] to pixels (…, 2)."""
+        p = np.asarray(points, dtype=float)
+        return np.stack([self.fx * p[..., 0] / p[..., 2] + self.cx,
+                         self.fy * p[..., 1] / p[..., 2] + self.cy], axis=-1)
+
+    def deproject(self, pixels: ArrayLike, depth: ArrayLike) -> Floats:
+        """Pixels (…, 2) with z-depth (…) [m] to camera-frame points (…, 3) [m]."""
+        uv, z = np.asarray(pixels, dtype=float), np.asarray(depth, dtype=float)
+        return np.stack([(uv[..., 0] - self.cx) / self.fx * z,
+                         (uv[..., 1] - self.cy) / self.fy * z, z], axis=-1)
+
+    def rays(self) -> Floats:
+        """Camera-frame directions (height, width, 3) through all pixel centres, with z = 1."""
+        u, v = np.meshgrid(np.arange(self.width) + 0.5, np.arange(self.height) + 0.5)
+        return self.deproject(np.stack([u, v], axis=-1), np.ones((self.height, self.width)))
+
+
+@dataclass(frozen=True)
+class CameraPose:
+    """Where a camera stands in the world.
+
+    Attributes:
+        position: (3,) world coordinates of the optical centre [m].
+        rotation: (3, 3) whose columns are the camera's x, y, z axes in the world.
+    """
+
+    position: Floats
+    rotation: Floats
+
+    @classmethod
+    def look_at(cls, position: ArrayLike, target: ArrayLike, image_up: ArrayLike) -> CameraPose:
+        """Camera at ``position`` looking at ``target``, the image's upper edge towards ``image_up``.
+
+        Raises:
+            ValueError: when target and position coincide, or ``image_up`` is along the view.
+        """
+        eye = np.asarray(position, dtype=float)
+        z = np.asarray(target, dtype=float) - eye
+        if np.linalg.norm(z) < 1e-9:
+            raise ValueError("camera position and target coincide")
+        z /= np.linalg.norm(z)
+        x = np.cross(z, np.asarray(image_up, dtype=float))
+        if np.linalg.norm(x) < 1e-6:
+            raise ValueError("image_up is parallel to the viewing direction")
+        x /= np.linalg.norm(x)
+        return cls(eye, np.column_stack([x, np.cross(z, x), z]))
+
+    def to_world(self, points: ArrayLike) -> Floats:
+        """Camera-frame points (…, 3) to world points (…, 3)."""
+        return np.asarray(points, dtype=float) @ self.rotation.T + self.position
+
+    def to_camera(self, points: ArrayLike) -> Floats:
+        """World points (…, 3) to camera-frame points (…, 3)."""
+        return (np.asarray(points, dtype=float) - self.position) @ self.rotation
+
+
+@dataclass(frozen=True)
+class RgbdImage:
+    """A registered colour and depth image.
+
+    Attributes:
+        rgb: (H, W, 3) uint8.
+        depth: (H, W) float32 z-depth in metres, 0 where the camera measured nothing.
+        intrinsics: of both, for images of this size.
+    """
+
+    rgb: NDArray[np.uint8]
+    depth: NDArray[np.float32]
+    intrinsics: Intrinsics
+
+    def __post_init__(self) -> None:
+        h, w = self.intrinsics.height, self.intrinsics.width
+        if self.rgb.shape != (h, w, 3) or self.rgb.dtype != np.uint8:
+            raise ValueError(f"rgb must be ({h}, {w}, 3) uint8, got {self.rgb.shape} {self.rgb.dtype}")
+        if self.depth.shape != (h, w) or self.depth.dtype != np.float32:
+            raise ValueError(f"depth must be ({h}, {w}) float32, got {self.depth.shape} {self.depth.dtype}")
+        if not np.isfinite(self.depth).all() or (self.depth < 0).any():
+            raise ValueError("depth must be finite and not negative (0 marks invalid pixels); "
+                             "replace NaN by 0 before building an RgbdImage")
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """(H, W) where depth was measured."""
+        return self.depth > 0

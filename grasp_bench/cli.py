@@ -1,0 +1,214 @@
+"""The command line. Commands are thin: parse, call, print; heavy imports wait until needed.
+
+Exit codes: 0 success · 1 the run finished, but with more harness errors than allowed ·
+2 bad input, nothing was measured or lost · 130 interrupted; the same command goes on.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from grasp_bench.errors import GraspBenchError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+# The libraries MuJoCo's and dm_control's import would look for are only wanted by GL renderers.
+app = typer.Typer(
+    name="grasp-bench", no_args_is_help=True, rich_markup_mode="rich", pretty_exceptions_enable=False,
+    help="How often does a grasp predictor really lift the object, on an EC66 arm, seen by a depth camera?\n\n"
+         "Start with [bold]grasp-bench run --objects all --trials 180[/bold], then "
+         "[bold]grasp-bench report results/[/bold].")
+
+
+def _console(quiet: bool = False) -> Console:
+    from rich.console import Console
+
+    return Console(quiet=quiet)
+
+
+@app.command()
+def run(
+    objects: Annotated[str, typer.Option(
+        help="all, object names, categories (comma-separated), or a folder with a manifest.json.")] = "all",
+    trials: Annotated[int, typer.Option(min=1, help="How many trials, spread evenly over the objects.")] = 180,
+    predictor: Annotated[str, typer.Option(
+        help="A name from `grasp-bench predictors`, or my_module:MyPredictor.")] = "htc-grasp",
+    scenario: Annotated[str, typer.Option(help="A shipped scenario, or the path of a YAML file.")] = "table4",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of all that is random.")] = 0,
+    workers: Annotated[int, typer.Option(min=0, help="Processes; 0 takes one for each core.")] = 0,
+    out: Annotated[Path | None, typer.Option(
+        help="Results folder; by default results/PREDICTOR-SCENARIO-seedN.")] = None,
+    renderer: Annotated[str, typer.Option(
+        help="auto, raycast (needs no graphics library), egl or osmesa.")] = "auto",
+    max_errors: Annotated[int, typer.Option(
+        min=0, help="Exit with 1 when more trials than this end unstable, timeout or error.")] = 0,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the run's figures as JSON.")] = False,
+) -> None:
+    """Try to pick up objects, and record every trial. The same command again resumes.
+
+    Example: grasp-bench run --objects mug,pliers --trials 20 --predictor oracle
+    """
+    from grasp_bench.objects.catalog import Catalog
+    from grasp_bench.runner import Settings, spread
+    from grasp_bench.runner import run as run_trials
+    from grasp_bench.scenario import load_scenario
+    from grasp_bench.scene.rendering import resolve_renderer
+
+    chosen = load_scenario(scenario)
+    is_folder = Path(objects).is_dir()
+    catalog = Catalog(Path(objects) if is_folder else None)
+    names = catalog.select("all" if is_folder else objects)
+    label = predictor.replace(":", "-").replace("/", "-")
+    folder = out or Path("results") / f"{label}-{chosen.name}-seed{seed}"
+    settings = Settings(chosen, catalog.folder.resolve(), predictor, seed, resolve_renderer(renderer))
+    jobs = spread(names, trials)
+    console = _console(quiet or as_json)
+    with _Progress(console, len(jobs)) as bar:
+        summary = run_trials(settings, jobs, folder, workers or os.cpu_count() or 1, bar.update)
+    if summary.repaired:
+        console.print("[yellow]A torn last line, left by a kill, was cut off; that trial was done again.[/yellow]")
+    if summary.added == 0:
+        console.print(f"{folder} is finished already: nothing was left to do.")
+    elif summary.resumed:
+        console.print(f"Resumed {folder}: {summary.resumed} trials were done, {summary.added} added.")
+    from grasp_bench.report.table4 import summarise
+
+    figures = summarise(folder)
+    assert figures is not None
+    if as_json:
+        typer.echo(json.dumps(figures))
+    low, high = figures["wilson95"]
+    console.print(f"[bold]{predictor}[/bold] lifted {figures['successes']}/{figures['trials']} = "
+                  f"{figures['rate']:.1%} (95 % interval {low:.1%} – {high:.1%}). "
+                  f"Results in {folder}; see `grasp-bench report {folder}`.")
+    faults = sum(figures["outcomes"].get(o, 0) for o in ("unstable", "timeout", "error"))
+    if faults > max_errors:
+        typer.echo(f"{faults} trials ended unstable, in a timeout or an error (allowed: {max_errors}); "
+                   f"see `detail` in {folder / 'trials.jsonl'}.", err=True)
+        raise typer.Exit(1)
+
+
+class _Progress:
+    """Progress bar with running success rate."""
+
+    def __init__(self, console: Console, total: int) -> None:
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+        self._bar = Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
+                             TextColumn("{task.fields[rate]}"), TimeRemainingColumn(), console=console,
+                             disable=console.quiet)
+        self._task = self._bar.add_task("Grasping", total=total, rate="")
+        self._done = self._won = 0
+
+    def __enter__(self) -> _Progress:
+        self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.stop()
+
+    def update(self, record: dict[str, Any], resumed: bool) -> None:
+        """Count one trial."""
+        self._done += 1
+        self._won += record["success"]
+        self._bar.update(self._task, advance=1, rate=f"{self._won}/{self._done} = {self._won / self._done:.0%}")
+
+
+@app.command()
+def report(
+    folder: Annotated[Path, typer.Argument(help="A run's folder, or one that holds several.")] = Path("results"),
+    fmt: Annotated[str, typer.Option("--format", help="table, markdown or json.")] = "table",
+    out: Annotated[Path | None, typer.Option(help="Write to this file instead of the terminal.")] = None,
+) -> None:
+    """Print Table 4 of the paper with the runs of FOLDER beside it, and how their trials ended."""
+    from grasp_bench.errors import UnknownNameError
+    from grasp_bench.report.table4 import build_report
+    from grasp_bench.results import find_runs
+
+    formats = ("table", "markdown", "json")
+    if fmt not in formats:
+        raise UnknownNameError("report format", fmt, formats)
+    content = build_report(find_runs(folder))
+    if fmt == "table" and out is None:
+        from grasp_bench.report.text import show
+
+        show(content, _console())
+        return
+    if fmt == "json":
+        text = json.dumps(content, indent=1, ensure_ascii=False) + "\n"
+    elif fmt == "markdown":
+        from grasp_bench.report.text import as_markdown
+
+        text = as_markdown(content)
+    else:
+        from rich.console import Console
+
+        from grasp_bench.report.text import show
+
+        console = Console(record=True, width=120, quiet=True)
+        console.quiet = False
+        with console.capture() as capture:
+            show(content, console)
+        text = capture.get()
+    if out is None:
+        typer.echo(text, nl=False)
+    else:
+        try:
+            out.write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise GraspBenchError(f"{out} cannot be written ({error.strerror}).") from error
+
+
+@app.command()
+def predictors(
+    as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+) -> None:
+    """List the shipped predictors and controls."""
+    from grasp_bench.predictors import BUILT_IN
+
+    if as_json:
+        typer.echo(json.dumps([{"name": n, "kind": e.kind, "summary": e.summary} for n, e in BUILT_IN.items()]))
+        return
+    from rich.table import Table
+
+    table = Table(header_style="bold")
+    for name in ("Name", "Kind", "What it does"):
+        table.add_column(name)
+    for name, entry in BUILT_IN.items():
+        table.add_row(name, entry.kind, entry.summary)
+    console = _console()
+    console.print(table)
+    console.print("Your own: --predictor my_module:MyPredictor, with predict(image) -> list\\[Grasp].")
+
+
+def _register() -> None:
+    from grasp_bench.objects.cli import objects_app
+
+    app.add_typer(objects_app, name="objects")
+
+
+_register()
+
+
+def main() -> None:
+    """Entry point: one clear line for what is wrong, never a traceback for bad input."""
+    try:
+        app()
+    except GraspBenchError as error:
+        typer.echo(f"Error: {error}", err=True)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        typer.echo("Stopped. What was measured is kept; the same command goes on from here.", err=True)
+        sys.exit(130)
+
+
+if __name__ == "__main__":
+    main()

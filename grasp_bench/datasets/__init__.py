@@ -1,0 +1,1 @@
+"""Data to train on: generated scenes of random shapes."""

@@ -1,0 +1,195 @@
+"""Grasps: in the image plane, in the world, and as dense maps.
+
+The image-plane grasp is that of GG-CNN (Morrison et al., RSS 2018) and of section 3.1 of
+the HTC-Grasp paper. Angles are counter-clockwise as seen in the image, whose rows grow
+downwards: the jaws open along (cos θ, −sin θ) in pixel coordinates.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from shapely.geometry import Polygon
+
+Floats = NDArray[np.float64]
+Maps = NDArray[np.float32]
+
+
+def wrap_angle(angle: float) -> float:
+    """Angle of a two-fingered grasp brought to (−π/2, π/2]: a half turn changes nothing."""
+    wrapped = math.fmod(angle, math.pi)
+    if wrapped > math.pi / 2:
+        wrapped -= math.pi
+    elif wrapped <= -math.pi / 2:
+        wrapped += math.pi
+    return wrapped
+
+
+def angle_difference(a: float, b: float) -> float:
+    """Smallest rotation in [0, π/2] between two jaw directions."""
+    return abs(wrap_angle(a - b))
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """A parallel-jaw grasp in the image plane.
+
+    Attributes:
+        x, y: centre in pixels of the full image (edge of the image = 0).
+        angle: direction in which the jaws open, radians in (−π/2, π/2], counter-clockwise.
+        width: opening between the jaws in pixels.
+        quality: predicted chance of success in [0, 1].
+    """
+
+    x: float
+    y: float
+    angle: float
+    width: float
+    quality: float = 1.0
+
+    def ends(self) -> Floats:
+        """(2, 2) pixel positions of the two finger tips."""
+        half = 0.5 * self.width * np.array([math.cos(self.angle), -math.sin(self.angle)])
+        centre = np.array([self.x, self.y])
+        return np.stack([centre - half, centre + half])
+
+    def rectangle(self, height: float | None = None) -> Floats:
+        """(4, 2) corners, the first edge along the jaw opening direction.
+
+        ``height`` (jaw size) defaults to half the width, as the GG-CNN lineage evaluates.
+        """
+        along = np.array([math.cos(self.angle), -math.sin(self.angle)])
+        across = np.array([along[1], -along[0]])
+        a = 0.5 * self.width * along
+        b = 0.5 * (self.width / 2 if height is None else height) * across
+        centre = np.array([self.x, self.y])
+        return np.stack([centre - a + b, centre + a + b, centre + a - b, centre - a - b])
+
+    @classmethod
+    def from_rectangle(cls, corners: ArrayLike, quality: float = 1.0) -> Grasp:
+        """Grasp of a labelled rectangle (4, 2) whose first edge is the jaw opening direction."""
+        c = np.asarray(corners, dtype=float)
+        dx, dy = c[1] - c[0]
+        x, y = c.mean(0)
+        return cls(float(x), float(y), wrap_angle(math.atan2(-dy, dx)), float(math.hypot(dx, dy)), quality)
+
+
+def rectangle_iou(first: ArrayLike, second: ArrayLike) -> float:
+    """Intersection over union of two convex quadrilaterals (4, 2), paper equation 9."""
+    a, b = Polygon(np.asarray(first)), Polygon(np.asarray(second))
+    if not (a.is_valid and b.is_valid):
+        return 0.0
+    overlap = a.intersection(b).area
+    whole = a.area + b.area - overlap
+    return float(overlap / whole) if whole > 0 else 0.0
+
+
+def is_correct(grasp: Grasp, truths: Iterable[Grasp], *, iou: float = 0.25,
+               angle: float = math.radians(30)) -> bool:
+    """The rectangle metric of the paper's section 4.1(c): within 30° of and IoU above 0.25
+    with at least one labelled grasp."""
+    corners = grasp.rectangle()
+    return any(angle_difference(grasp.angle, t.angle) <= angle
+               and rectangle_iou(corners, t.rectangle()) > iou for t in truths)
+
+
+@dataclass(frozen=True)
+class GraspMaps:
+    """Dense grasps, one a pixel (paper equation 2): four (H, W) float32 arrays.
+
+    Attributes:
+        quality: in [0, 1].
+        sin2, cos2: sine and cosine of twice the angle, which a half turn leaves unchanged.
+        width: jaw opening in pixels of this map.
+    """
+
+    quality: Maps
+    sin2: Maps
+    cos2: Maps
+    width: Maps
+
+    @property
+    def angle(self) -> Maps:
+        """(H, W) angles in (−π/2, π/2]."""
+        return (0.5 * np.arctan2(self.sin2, self.cos2)).astype(np.float32)
+
+    def smoothed(self, sigma: float = 2.0) -> GraspMaps:
+        """Gaussian-filtered maps. The angle is filtered as sine and cosine: filtering it
+        directly, as GG-CNN's code does, smears across the ±π/2 seam."""
+        from scipy.ndimage import gaussian_filter
+
+        return GraspMaps(*(gaussian_filter(m, s).astype(np.float32) for m, s in (
+            (self.quality, sigma), (self.sin2, sigma), (self.cos2, sigma), (self.width, sigma / 2))))
+
+    def peaks(self, count: int = 8, min_distance: int = 8, threshold: float = 0.05) -> list[Grasp]:
+        """Local maxima of quality, best first, as grasps in pixels of this map.
+
+        Args:
+            count: how many at most.
+            min_distance: no two maxima within this many pixels (square neighbourhood).
+            threshold: least quality.
+        """
+        from scipy.ndimage import maximum_filter
+
+        q = self.quality
+        top = (q == maximum_filter(q, size=2 * min_distance + 1, mode="constant")) & (q > threshold)
+        rows, columns = np.nonzero(top)
+        angle = self.angle
+        found: list[Grasp] = []
+        for i in np.argsort(-q[rows, columns], kind="stable"):
+            r, c = int(rows[i]), int(columns[i])
+            # Plateaus have many maxima: keep those apart from all better ones.
+            if any(max(abs(c + 0.5 - g.x), abs(r + 0.5 - g.y)) <= min_distance for g in found):
+                continue
+            found.append(Grasp(c + 0.5, r + 0.5, wrap_angle(float(angle[r, c])),
+                               max(float(self.width[r, c]), 1.0), float(np.clip(q[r, c], 0, 1))))
+            if len(found) == count:
+                break
+        return found
+
+    @classmethod
+    def from_grasps(cls, grasps: Iterable[Grasp], shape: tuple[int, int]) -> GraspMaps:
+        """Training maps of labelled rectangles: the centre third of each is filled, later
+        ones overwrite earlier ones (the convention of GG-CNN's code)."""
+        import cv2
+
+        quality, sin2, cos2, width = (np.zeros(shape, np.float32) for _ in range(4))
+        for g in grasps:
+            third = Grasp(g.x, g.y, g.angle, g.width / 3).rectangle(height=g.width / 2)
+            mask = np.zeros(shape, np.uint8)
+            cv2.fillPoly(mask, [np.round(third - 0.5).astype(np.int32)], (1,))
+            inside = mask > 0
+            quality[inside] = g.quality
+            sin2[inside], cos2[inside] = math.sin(2 * g.angle), math.cos(2 * g.angle)
+            width[inside] = g.width
+        return cls(quality, sin2, cos2, width)
+
+
+@dataclass(frozen=True)
+class GraspPose:
+    """A grasp in the world.
+
+    Attributes:
+        position: (3,) of the TCP, the midpoint between the finger tips' ends [m].
+        rotation: (3, 3), columns x = jaw opening direction, y, z = approach direction.
+        opening: distance between the finger pads before closing [m].
+    """
+
+    position: Floats
+    rotation: Floats
+    opening: float
+
+    @classmethod
+    def top_down(cls, position: ArrayLike, yaw: float, opening: float) -> GraspPose:
+        """Straight down on ``position``, jaws opening at ``yaw`` from world x towards world y."""
+        c, s = math.cos(yaw), math.sin(yaw)
+        rotation = np.array([[c, s, 0.0], [s, -c, 0.0], [0.0, 0.0, -1.0]])
+        return cls(np.asarray(position, dtype=float), rotation, float(opening))
+
+    def flipped(self) -> GraspPose:
+        """The same grasp with the two fingers exchanged."""
+        return GraspPose(self.position, self.rotation * [-1.0, -1.0, 1.0], self.opening)

@@ -1,0 +1,1 @@
+"""Motion: inverse kinematics, trajectories, and the plan of a grasp."""

@@ -1,0 +1,196 @@
+"""From a grasp in the image to a motion of the arm.
+
+Nothing here knows the simulator: the planner sees what the camera saw, and the arm's
+kinematics. Its policy for the depth of a grasp is part of the benchmark's definition.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from grasp_bench.camera import CameraPose, RgbdImage
+from grasp_bench.grasps import Grasp, GraspPose
+from grasp_bench.motion.ik import InverseKinematics
+from grasp_bench.motion.trajectory import Trajectory, through
+from grasp_bench.scenario import Motion, Scenario
+from grasp_bench.scene.ec66 import FINGER_STROKE, HOME
+
+Floats = NDArray[np.float64]
+
+JAW = 0.020
+"""Width of a finger across the jaw direction [m]."""
+FINGER = 0.009
+"""Thickness of a finger along the jaw direction, with 1 mm to spare [m]."""
+TABLE_NOISE = 0.004
+"""Heights below this count as table [m]."""
+LEAST_INSERTION = 0.003
+"""A grasp whose fingers reach less far below the top of what they hold is not tried [m]."""
+WAYPOINT = 0.025
+"""Spacing of waypoints on straight lines [m]."""
+
+
+class Unreachable(Exception):
+    """The arm cannot carry out a grasp: outcome ``ik_failed``."""
+
+
+class Blocked(Exception):
+    """The fingers cannot get down to a grasp: outcome ``approach_collision``."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A grasp turned into motions.
+
+    Attributes:
+        grasp: the image-plane grasp planned for.
+        pose: TCP pose at the grasp.
+        top: height of what is grasped, above the table [m].
+        reach: from home to above the grasp.
+        approach, lift: straight down and up.
+        carry: to the place of the hold.
+    """
+
+    grasp: Grasp
+    pose: GraspPose
+    top: float
+    reach: Trajectory
+    approach: Trajectory
+    lift: Trajectory
+    carry: Trajectory
+
+
+class SeenScene:
+    """World points of a depth image, and what heights it shows where.
+
+    Args:
+        image: RGB-D image.
+        camera: pose of the camera that took it.
+    """
+
+    def __init__(self, image: RgbdImage, camera: CameraPose) -> None:
+        self.image, self.camera = image, camera
+        v, u = np.nonzero(image.valid)
+        pixels = np.column_stack([u, v]) + 0.5
+        self.pixels = pixels
+        self.points = camera.to_world(image.intrinsics.deproject(pixels, image.depth[v, u]))
+
+    @property
+    def highest(self) -> float:
+        """Height of the highest thing seen on the table, robust against single pixels [m]."""
+        near = self.points[np.abs(self.points[:, 2]) < 0.45]
+        return float(np.partition(near[:, 2], -20)[-20]) if len(near) > 20 else 0.0
+
+    def on_plane(self, pixel: Floats, height: float) -> Floats:
+        """World point where the ray through ``pixel`` (2,) meets the plane z = ``height``."""
+        ray = self.camera.rotation @ self.image.intrinsics.deproject(pixel, np.ones(()))
+        if ray[2] > -1e-6:
+            raise Blocked(f"the ray through pixel ({pixel[0]:.0f}, {pixel[1]:.0f}) does not meet the table")
+        return self.camera.position + ray * (height - self.camera.position[2]) / ray[2]
+
+    def heights_in(self, grasp: Grasp) -> Floats:
+        """Heights [m] of the points seen inside the grasp's rectangle, jaws 20 mm wide."""
+        intrinsics = self.image.intrinsics
+        across = 0.8 * JAW * intrinsics.fx / max(self.camera.position[2] - 0.03, 0.1)
+        corners = grasp.rectangle(height=across)
+        mask = np.zeros(self.image.depth.shape, np.uint8)
+        cv2.fillPoly(mask, [np.round(corners - 0.5).astype(np.int32)], (1,))
+        inside = mask[self.pixels[:, 1].astype(int), self.pixels[:, 0].astype(int)] > 0
+        return self.points[inside, 2]
+
+    def local(self, centre: Floats, axis: Floats) -> tuple[Floats, Floats]:
+        """Points near ``centre`` as (N, 2) offsets along and across ``axis``, and heights (N,)."""
+        offset = self.points[:, :2] - centre[:2]
+        near = np.abs(offset).max(1) < 0.08
+        across = np.array([-axis[1], axis[0]])
+        return np.column_stack([offset[near] @ axis[:2], offset[near] @ across]), self.points[near, 2]
+
+
+def grasp_pose(scene: SeenScene, grasp: Grasp, motion: Motion) -> tuple[GraspPose, float]:
+    """World pose of an image-plane grasp, and the height of what it holds [m].
+
+    The height of the object under the grasp is the 95th percentile of the heights seen
+    inside the grasp's rectangle, the plane on which its centre and ends are deprojected. The
+    tips go ``motion.insertion`` below it, never nearer to the table than
+    ``motion.table_clearance``, and never into what is seen under the open fingers.
+
+    Raises:
+        Blocked: where nothing stands, or the fingers cannot get below the top of it.
+    """
+    heights = scene.heights_in(grasp)
+    if len(heights) < 4:
+        raise Blocked("no depth was measured inside the grasp")
+    top = float(np.percentile(heights, 95))
+    if top < TABLE_NOISE:
+        raise Blocked("the grasp holds nothing but table")
+    centre = scene.on_plane(np.array([grasp.x, grasp.y]), top)
+    first, second = (scene.on_plane(end, top) for end in grasp.ends())
+    span = second - first
+    opening = float(min(np.linalg.norm(span[:2]), 2 * FINGER_STROKE))
+    axis = span / max(float(np.linalg.norm(span)), 1e-9)
+    tip = max(top - motion.insertion, motion.table_clearance)
+    offset, height = scene.local(centre, axis)
+    across = np.abs(offset[:, 1]) < JAW / 2
+    for side in (-1, 1):
+        along = side * offset[:, 0] - opening / 2
+        under = height[across & (along > 0) & (along < FINGER)]
+        if len(under) >= 3:
+            ground = float(np.percentile(under, 90))
+            if ground > TABLE_NOISE:
+                tip = max(tip, ground + motion.table_clearance)
+    if top - tip < LEAST_INSERTION:
+        raise Blocked(f"the fingers reach only {1000 * (top - tip):.1f} mm below the top of the object")
+    yaw = math.atan2(axis[1], axis[0])
+    return GraspPose.top_down([centre[0], centre[1], tip], yaw, opening), top
+
+
+def straight(start: Floats, end: Floats) -> list[Floats]:
+    """Points on a line every :data:`WAYPOINT`, without the start."""
+    count = max(1, int(np.ceil(np.linalg.norm(end - start) / WAYPOINT)))
+    return [start + (end - start) * i / count for i in range(1, count + 1)]
+
+
+class Planner:
+    """Plans motions for grasps; keeps the IK solver between trials."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.scenario = scenario
+        self.ik = InverseKinematics()
+
+    def plan(self, scene: SeenScene, grasp: Grasp) -> Plan:
+        """Motion for one grasp.
+
+        Raises:
+            Blocked: when the fingers cannot get down to it.
+            Unreachable: when the arm cannot carry it out.
+        """
+        motion = self.scenario.motion
+        pose, top = grasp_pose(scene, grasp, motion)
+        period = self.scenario.physics.timestep * self.scenario.physics.control_steps
+        above = max(pose.position[2] + motion.approach_height, scene.highest + 0.03)
+        raised = np.array([*pose.position[:2], above])
+        lifted = pose.position + [0, 0, motion.lift_height]
+        target = np.array([*motion.carry_to[:2], lifted[2] + motion.carry_to[2]])
+        for candidate, q in self.ik.solve_grasp(pose):
+            def chain(start: Floats, end: Floats, from_q: Floats,
+                      rotation: Floats = candidate.rotation) -> list[Floats] | None:
+                return self.ik.follow([GraspPose(p, rotation, 0.0) for p in straight(start, end)], from_q)
+
+            up = chain(pose.position, raised, q)
+            lift = chain(pose.position, lifted, q)
+            carry = chain(lifted, target, lift[-1]) if lift else None
+            if not (up and lift and carry):
+                continue
+            fraction = motion.speed_fraction
+            reach = through([np.asarray(HOME), up[-1]], period, fraction)
+            down = through([*up[::-1], q], period, fraction, above - pose.position[2], motion.approach_speed)
+            return Plan(grasp, candidate, top, reach, down,
+                        through([q, *lift], period, fraction, motion.lift_height, motion.lift_speed),
+                        through([lift[-1], *carry], period, fraction,
+                                float(np.linalg.norm(target - lifted)), motion.carry_speed))
+        x, y, z = pose.position
+        raise Unreachable(f"no joint angles for the TCP at ({x:.3f}, {y:.3f}, {z:.3f}) m and the motion from it")

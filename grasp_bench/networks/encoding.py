@@ -1,0 +1,83 @@
+"""What goes into a network and what comes out, the same in training and in use."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from grasp_bench.grasps import GraspMaps
+
+if TYPE_CHECKING:
+    import torch
+
+Kind = Literal["rgbd", "rgb", "depth"]
+
+CHANNELS: dict[str, int] = {"depth": 1, "rgb": 3, "rgbd": 4}
+"""Input channels of each kind; 'rgbd' has depth first, as GR-ConvNet does."""
+
+WIDTH_SCALE = 150.0
+"""Networks give widths in units of this many pixels (GG-CNN's convention)."""
+
+HEIGHT_SCALE = 0.1
+"""Depth enters as height over the median, in units of this many metres."""
+
+
+def fill_holes(depth: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(H, W) depth whose zeros are replaced by the nearest measured value (all zeros stay zero).
+
+    Invents no values, and takes about a quarter of the time of the Navier–Stokes inpainting
+    of GG-CNN's code. Nearest up to the error of a 5×5 distance mask.
+    """
+    holes = depth <= 0
+    if not holes.any() or holes.all():
+        return depth
+    _, label = cv2.distanceTransformWithLabels(holes.astype(np.uint8), cv2.DIST_L2, 5,
+                                               labelType=cv2.DIST_LABEL_PIXEL)
+    value = np.zeros(int(label.max()) + 1, np.float32)
+    value[label[~holes]] = depth[~holes]
+    return value[label]
+
+
+def encode_depth(depth: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(H, W) metres, 0 = invalid → height over the median in units of 0.1 m, clipped to [−1, 3].
+
+    The GG-CNN lineage clips (d − mean) in metres to [−1, 1]: there a cup 5 cm high is a step
+    of 0.05 beside colours of ±0.5, and large objects move the zero. The median of a crop is
+    the table wherever the objects cover less than half of it.
+    """
+    filled = fill_holes(depth)
+    return np.clip((np.median(filled) - filled) / HEIGHT_SCALE, -1.0, 3.0).astype(np.float32)
+
+
+def encode_rgb(rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """(H, W, 3) → (3, H, W) in [−1, 1] with the image's mean taken off."""
+    planes = np.ascontiguousarray(rgb.transpose(2, 0, 1)).astype(np.float32) / np.float32(255)
+    return planes - planes.mean()
+
+
+def to_input(rgb: NDArray[np.uint8], depth: NDArray[np.float32], kind: Kind = "rgbd") -> NDArray[np.float32]:
+    """Network input (C, H, W) of an image.
+
+    Args:
+        rgb: (H, W, 3).
+        depth: (H, W) metres, 0 where invalid.
+        kind: 'rgbd' (depth first), 'rgb' or 'depth'.
+    """
+    if kind == "rgb":
+        return encode_rgb(rgb)
+    height = encode_depth(depth)[None]
+    return height if kind == "depth" else np.concatenate([height, encode_rgb(rgb)])
+
+
+def maps_from_output(output: torch.Tensor) -> GraspMaps:
+    """One image's (4, H, W) or (1, 4, H, W) network output as maps with widths in pixels."""
+    q, sin2, cos2, width = output.detach().float().cpu().reshape(4, *output.shape[-2:]).numpy()
+    return GraspMaps(np.clip(q, 0.0, 1.0), sin2, cos2, np.maximum(width * np.float32(WIDTH_SCALE), 0.0))
+
+
+def targets_from_maps(maps: GraspMaps) -> NDArray[np.float32]:
+    """What a network should have put out for ``maps``: (4, H, W)."""
+    return np.stack([maps.quality, maps.sin2, maps.cos2, maps.width / np.float32(WIDTH_SCALE)]).astype(np.float32)

@@ -1,0 +1,17 @@
+"""Output sizes that are those of the input, whatever the arithmetic of strides gives."""
+
+from __future__ import annotations
+
+import torch.nn.functional as F
+from torch import Tensor
+
+
+def fit(x: Tensor, size: tuple[int, int]) -> Tensor:
+    """(B, C, h, w) → (B, C, *size): cut, or continued by its border, at the right and below.
+
+    Strided and transposed convolutions here keep the upper left corner in place.
+    """
+    h, w = size
+    x = x[:, :, :h, :w]
+    missing = (0, w - x.shape[3], 0, h - x.shape[2])
+    return F.pad(x, missing, mode="replicate") if any(missing) else x

@@ -1,0 +1,129 @@
+"""Weights on disk: safetensors with a JSON header of where they come from. Nothing unpickles.
+
+Parameters are stored in float16, running statistics as they are; both are float32 in use.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import torch
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save_file
+from torch import nn
+
+from grasp_bench.errors import AssetError
+from grasp_bench.networks import build
+from grasp_bench.paths import assets_dir
+
+MANIFEST = "manifest.json"
+_KEY = "grasp_bench"
+
+
+def weights_path(name: str) -> Path:
+    """Where the shipped weights of network ``name`` lie."""
+    return assets_dir() / "weights" / f"{name}.safetensors"
+
+
+def sha256(path: Path) -> str:
+    """Hex digest of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def save(network: nn.Module, path: Path, metadata: dict[str, Any]) -> None:
+    """Writes weights at once or not at all.
+
+    Args:
+        network: to store.
+        path: ``….safetensors``.
+        metadata: JSON-able facts (network, steps, data, seed, accuracy …).
+    """
+    halved = {name for name, _ in network.named_parameters()}
+    tensors = {}
+    for name, value in network.state_dict().items():
+        value = value.detach().cpu().contiguous()
+        tensors[name] = value.half() if name in halved else value
+        if value.is_floating_point() and not torch.isfinite(tensors[name]).all():
+            raise ValueError(f"{name} is not finite in float16: the training has diverged")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(path.name + ".part")
+    save_file(tensors, partial, metadata={_KEY: json.dumps(metadata, sort_keys=True, ensure_ascii=False)})
+    os.replace(partial, path)
+
+
+def read_metadata(path: Path) -> dict[str, Any]:
+    """The facts stored with the weights."""
+    _, metadata = _read(path)
+    return metadata
+
+
+def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]]:
+    """Network ``name`` with weights, in evaluation mode, and their metadata.
+
+    Args:
+        name: a key of ``NETWORKS``.
+        path: weights; by default those shipped, whose SHA-256 must be that of the manifest.
+
+    Raises:
+        AssetError: the file is missing, truncated, altered or of another network.
+    """
+    network = build(name)
+    path = weights_path(name) if path is None else Path(path)
+    check_manifest(path)
+    tensors, metadata = _read(path)
+    stored_for = metadata.get("network", name)
+    if stored_for != name:
+        raise AssetError(f"{path} holds weights of network {stored_for!r}, not {name!r}; "
+                         f"give --weights a file trained for {name!r}.")
+    wanted = network.state_dict()
+    if odd := sorted(set(wanted) ^ set(tensors)):
+        raise AssetError(f"{path} does not fit network {name!r}: {len(odd)} tensors missing or unknown, "
+                         f"first {odd[0]!r}; train again or fetch the file of this version.")
+    for key, value in wanted.items():
+        if tensors[key].shape != value.shape:
+            raise AssetError(f"{path} does not fit network {name!r}: {key} has shape {tuple(tensors[key].shape)}, "
+                             f"not {tuple(value.shape)}; train again or fetch the file of this version.")
+        if not torch.isfinite(tensors[key].float()).all():
+            raise AssetError(f"{path}: {key} has values that are not finite; fetch or train the file again.")
+    network.load_state_dict({k: v.to(wanted[k].dtype) for k, v in tensors.items()})
+    return network.eval(), metadata
+
+
+def check_manifest(path: Path) -> None:
+    """Compares ``path`` with the manifest beside it, if that lists it."""
+    manifest = path.with_name(MANIFEST)
+    if not (manifest.is_file() and path.is_file()):
+        return
+    try:
+        expected = json.loads(manifest.read_text(encoding="utf-8")).get(path.name)
+    except (ValueError, AttributeError) as error:
+        raise AssetError(f"{manifest} is not a JSON object of file: sha256 ({error}); restore it.") from error
+    if expected is not None and sha256(path) != expected:
+        raise AssetError(f"{path} does not have the SHA-256 listed in {manifest.name} ({expected[:12]}…): it was "
+                         f"altered or only partly fetched. Restore it, e.g. by reinstalling grasp-bench.")
+
+
+def add_to_manifest(path: Path) -> None:
+    """Records the SHA-256 of ``path`` in the manifest beside it."""
+    manifest = path.with_name(MANIFEST)
+    known = json.loads(manifest.read_text(encoding="utf-8")) if manifest.is_file() else {}
+    known[path.name] = sha256(path)
+    manifest.write_text(json.dumps(known, indent=2, sort_keys=True) + "\n", encoding="utf-8")
+
+
+def _read(path: Path) -> tuple[dict[str, torch.Tensor], dict[str, Any]]:
+    if not path.is_file():
+        raise AssetError(f"Weights {path} are missing; train them with 'grasp-bench train {path.stem} --export' "
+                         f"or give the path of a .safetensors file.")
+    try:
+        with safe_open(path, framework="pt") as file:
+            metadata = json.loads((file.metadata() or {}).get(_KEY, "{}"))
+            return {key: file.get_tensor(key) for key in file.keys()}, metadata
+    except (SafetensorError, OSError, ValueError) as error:
+        raise AssetError(f"{path} is truncated or not a safetensors file ({error}); "
+                         f"fetch or train it again.") from error

@@ -1,0 +1,1 @@
+"""Objects: authoring, decomposition, catalog and import."""

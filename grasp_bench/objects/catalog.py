@@ -1,0 +1,228 @@
+"""The objects that can be benchmarked: a manifest, and what each object's files hold.
+
+A folder of objects has a ``manifest.json`` and, per object, ``visual.glb`` (coloured closed
+parts), ``collision.glb`` (convex hulls) and ``object.json``. Meshes are in metres, z up, with
+the origin at the centre of mass.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grasp_bench.errors import AssetError, UnknownNameError
+from grasp_bench.paths import assets_dir
+
+Floats = NDArray[np.float64]
+MANIFEST = "manifest.json"
+FILES = ("visual.glb", "collision.glb", "object.json")
+
+
+@dataclass(frozen=True)
+class VisualPart:
+    """One coloured closed mesh: vertices (V, 3) [m], faces (F, 3), rgb in [0, 1], roughness in [0, 1]."""
+
+    vertices: Floats
+    faces: NDArray[np.int32]
+    rgb: tuple[float, float, float]
+    roughness: float
+
+
+@dataclass(frozen=True)
+class ReferenceGrasp:
+    """A top-down grasp known from the true mesh, in the object's frame.
+
+    Attributes:
+        tip: (3,) midpoint between the finger tips' ends [m].
+        axis: (3,) unit jaw opening direction, horizontal when the object rests in its pose.
+        width: opening of the jaws before closing [m].
+        top: height above the table of what is grasped [m].
+        score: larger is better; see :mod:`grasp_bench.objects.poses`.
+    """
+
+    tip: Floats
+    axis: Floats
+    width: float
+    top: float
+    score: float
+
+
+@dataclass(frozen=True)
+class RestingPose:
+    """A pose in which the object lies still on the table.
+
+    Attributes:
+        quaternion: (4,) w, x, y, z of the object in the world, free up to yaw.
+        height: of the centre of mass above the table [m].
+        probability: of coming to rest so when dropped at random.
+        grasps: reference grasps, best first; empty where none fits the gripper.
+    """
+
+    quaternion: Floats
+    height: float
+    probability: float
+    grasps: tuple[ReferenceGrasp, ...]
+
+
+@dataclass(frozen=True)
+class ObjectModel:
+    """Everything the simulation needs of an object.
+
+    Attributes:
+        name, category: as in the manifest.
+        folder: where its files lie.
+        mass: kilograms.
+        inertia: (3, 3) about the centre of mass, in the object's axes [kg m²].
+        friction: sliding friction coefficient against the finger pads.
+        poses: resting poses, most probable first.
+        digest: SHA-256 over its files, as the manifest records them.
+    """
+
+    name: str
+    category: str
+    folder: Path
+    mass: float
+    inertia: Floats
+    friction: float
+    poses: tuple[RestingPose, ...]
+    digest: str
+
+    @property
+    def graspable_poses(self) -> tuple[RestingPose, ...]:
+        """The poses that trials use: those in which some grasp fits the gripper."""
+        return tuple(p for p in self.poses if p.grasps)
+
+    @cached_property
+    def visual(self) -> list[VisualPart]:
+        """The coloured parts."""
+        scene = _load_glb(self.folder / "visual.glb")
+        parts = []
+        for name in sorted(scene.geometry):
+            mesh = scene.geometry[name]
+            material = mesh.visual.material
+            rgb = tuple(float(c) / 255 for c in np.asarray(material.baseColorFactor)[:3])
+            roughness = 0.5 if material.roughnessFactor is None else float(material.roughnessFactor)
+            parts.append(VisualPart(np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int32),
+                                    rgb, roughness))  # type: ignore[arg-type]
+        return parts
+
+    @cached_property
+    def hulls(self) -> list[Floats]:
+        """Vertices (V, 3) of each convex piece [m]."""
+        scene = _load_glb(self.folder / "collision.glb")
+        return [np.asarray(scene.geometry[n].vertices, float) for n in sorted(scene.geometry)]
+
+
+def _load_glb(path: Path) -> Any:
+    import trimesh
+
+    try:
+        return trimesh.load_scene(path, process=False)
+    except Exception as error:
+        raise AssetError(f"{path} cannot be read as a GLB mesh ({error}). Run `grasp-bench objects verify`; "
+                         "restore the file or rebuild it with `grasp-bench objects build`.") from error
+
+
+def sha256(path: Path) -> str:
+    """Hex digest of a file's bytes."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def combined_digest(files: dict[str, str]) -> str:
+    """One digest of an object's file digests."""
+    return hashlib.sha256(json.dumps(files, sort_keys=True).encode()).hexdigest()
+
+
+class Catalog:
+    """The objects of one folder.
+
+    Args:
+        folder: with a ``manifest.json``; the shipped 180 objects by default.
+
+    Raises:
+        AssetError: when the manifest is missing or not readable.
+    """
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self.folder = assets_dir() / "objects" if folder is None else Path(folder)
+        path = self.folder / MANIFEST
+        if not path.is_file():
+            raise AssetError(f"{self.folder} has no {MANIFEST}; name a folder made by "
+                             "`grasp-bench objects build`.")
+        try:
+            manifest = json.loads(path.read_text())
+            self.entries: dict[str, dict[str, Any]] = {e["name"]: e for e in manifest["objects"]}
+        except (ValueError, KeyError, TypeError) as error:
+            raise AssetError(f"{path} is not a valid manifest ({error}); restore it or run "
+                             "`grasp-bench objects build`.") from error
+
+    @property
+    def names(self) -> list[str]:
+        """All object names, in the manifest's order."""
+        return list(self.entries)
+
+    @property
+    def categories(self) -> list[str]:
+        """All categories, sorted."""
+        return sorted({e["category"] for e in self.entries.values()})
+
+    def select(self, what: str) -> list[str]:
+        """Names meant by ``all``, a category, or comma-separated names and categories.
+
+        Raises:
+            UnknownNameError: naming the nearest objects and categories.
+        """
+        if what == "all":
+            return self.names
+        chosen: list[str] = []
+        for word in filter(None, (w.strip() for w in what.split(","))):
+            found = [n for n, e in self.entries.items() if word in (n, e["category"])]
+            if not found:
+                raise UnknownNameError("object or category", word, [*self.names, *self.categories])
+            chosen += [n for n in found if n not in chosen]
+        if not chosen:
+            raise UnknownNameError("object or category", what, self.names)
+        return chosen
+
+    def faults(self, name: str) -> list[str]:
+        """What is wrong with an object's files against the manifest; empty when all is well."""
+        faults = []
+        for file, digest in self.entries[name]["files"].items():
+            path = self.folder / name / file
+            if not path.is_file():
+                faults.append(f"{path} is missing")
+            elif sha256(path) != digest:
+                faults.append(f"{path} differs from the manifest (SHA-256)")
+        return faults
+
+    def load(self, name: str) -> ObjectModel:
+        """The object, its files verified against the manifest.
+
+        Raises:
+            UnknownNameError: for a name that is not in the manifest.
+            AssetError: for files that are missing, changed or unreadable.
+        """
+        if name not in self.entries:
+            raise UnknownNameError("object", name, self.names)
+        faults = self.faults(name)
+        if faults:
+            raise AssetError(f"{'; '.join(faults)}. Restore the files (git checkout) or rebuild them with "
+                             f"`grasp-bench objects build --only {name}`.")
+        entry = self.entries[name]
+        details = json.loads((self.folder / name / "object.json").read_text())
+        poses = tuple(
+            RestingPose(np.array(p["quaternion"]), p["height"], p["probability"],
+                        tuple(ReferenceGrasp(np.array(g["tip"]), np.array(g["axis"]), g["width"], g["top"],
+                                            g["score"])
+                              for g in p["grasps"]))
+            for p in details["poses"])
+        return ObjectModel(name, entry["category"], self.folder / name, details["mass"],
+                           np.array(details["inertia"]), details["friction"], poses,
+                           combined_digest(entry["files"]))

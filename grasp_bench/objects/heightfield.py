@@ -1,0 +1,183 @@
+"""Where a top-down parallel-jaw grasp should hold: analysis of a height field.
+
+Fingers that come from above meet only what can be seen from above, so the height field of
+the true shape tells which places they can reach and what they close on. For every cell and
+jaw direction the analysis opens the jaws as little as is free, puts the tips where the
+planner would (:func:`grasp_bench.motion.planner.grasp_pose`), and scores what lies between
+them. It is geometry, not physics: reference grasps and labels are tried in physics besides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_closing, binary_dilation, maximum_filter
+
+from grasp_bench.scene.ec66 import FINGER_STROKE
+
+Floats = NDArray[np.float32]
+
+CELL = 0.002
+"""Edge of a cell [m]."""
+ALONG = np.arange(-0.052, 0.0521, CELL, dtype=np.float32)
+"""Sample positions along the jaw direction [m]."""
+ACROSS = np.arange(-0.009, 0.0091, 0.003, dtype=np.float32)
+"""Sample positions across it: the width of a pad [m]."""
+HALF_OPENINGS = np.arange(0.006, FINGER_STROKE + 1e-6, CELL, dtype=np.float32)
+FINGER = 0.009
+INSERTION = 0.028
+CLEARANCE = 0.002
+TABLE_NOISE = 0.004
+LEAST_INSERTION = 0.005
+YAWS = np.linspace(0, np.pi, 18, endpoint=False)
+"""Jaw directions tried [rad]."""
+
+
+@dataclass(frozen=True)
+class HeightField:
+    """Heights over a square table patch.
+
+    Attributes:
+        heights: (N, N) float32 [m]; row i lies at y = origin[1] + i·CELL, column j at x likewise.
+        origin: x, y of cell (0, 0) [m].
+        centre_of_mass: x, y of what stands there [m].
+    """
+
+    heights: Floats
+    origin: tuple[float, float]
+    centre_of_mass: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class GraspField:
+    """The best grasp centred on each cell; arrays (N, N).
+
+    Attributes:
+        quality: 0 to 1.
+        yaw: jaw direction from world x towards y, [0, π).
+        opening: of the jaws before closing [m].
+        tip: height of the finger tips [m].
+        top: height of what is grasped [m].
+    """
+
+    quality: Floats
+    yaw: Floats
+    opening: Floats
+    tip: Floats
+    top: Floats
+
+
+def analyse(field: HeightField, yaws: NDArray[np.float64] = YAWS, chunk: int = 4000) -> GraspField:
+    """Best grasp on every cell of ``field`` over all ``yaws``."""
+    h = field.heights
+    solid = h > TABLE_NOISE
+    # Also between walls (across a cup's mouth), where the centre lies on no material.
+    candidates = binary_closing(np.pad(solid, 20), iterations=14)[20:-20, 20:-20] | solid
+    rows, columns = np.nonzero(candidates & binary_dilation(solid, iterations=14))
+    best = {name: np.zeros(h.shape, np.float32) for name in ("quality", "yaw", "opening", "tip", "top")}
+    # The planner's 95th percentile looks past single high cells; a 3×3 maximum errs upwards.
+    padded = np.pad(h, 30)
+    for yaw in yaws:
+        for start in range(0, len(rows), chunk):
+            r, c = rows[start:start + chunk], columns[start:start + chunk]
+            found = _score(padded, r + 30, c + 30, float(yaw), field)
+            better = found["quality"] > best["quality"][r, c]
+            for name, values in found.items():
+                best[name][r[better], c[better]] = values[better]
+            best["yaw"][r[better], c[better]] = yaw
+    return GraspField(**best)
+
+
+def _score(h: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], yaw: float,
+           field: HeightField) -> dict[str, Floats]:
+    """Quality, opening, tip and top of grasps at cells of the padded height field ``h``."""
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    a, b = np.meshgrid(ALONG, ACROSS)  # (B, A)
+    dc = np.rint((a * cos - b * sin) / CELL).astype(np.intp)
+    dr = np.rint((a * sin + b * cos) / CELL).astype(np.intp)
+    patch = h.ravel()[(rows * h.shape[1] + columns)[:, None, None] + (dr * h.shape[1] + dc)]  # (N, B, A)
+
+    # Ground under both fingers for each symmetric opening.
+    profile = patch.max(axis=1)
+    width = int(round(FINGER / CELL))
+    ground = np.stack([np.maximum(profile[:, _near(e):_near(e) + width].max(1),
+                                  profile[:, _near(-e) - width + 1:_near(-e) + 1].max(1))
+                       for e in HALF_OPENINGS], axis=1)  # (N, E)
+    ground = np.where(ground > TABLE_NOISE, ground + CLEARANCE, 0)
+    inner = np.stack([profile[:, _near(-e) + 1:_near(e)].max(1) for e in HALF_OPENINGS], axis=1)
+    tip = np.maximum(np.maximum(inner - INSERTION, CLEARANCE), ground)
+    free = inner - tip >= LEAST_INSERTION
+    depth = np.where(free, inner - tip, 0)
+    # The smallest opening that reaches nearly as deep as any, then a little wider if that is free.
+    enough = depth >= np.maximum(0.9 * depth.max(1, keepdims=True), LEAST_INSERTION)
+    first = np.argmax(enough, axis=1)
+    index = first
+    for extra in (1, 2, 3):
+        wider = np.minimum(first + extra, len(HALF_OPENINGS) - 1)
+        same = enough[np.arange(len(rows)), wider] & (index == np.maximum(wider - 1, first))
+        index = np.where(same, wider, index)
+    n = np.arange(len(rows))
+    feasible = enough.any(1)
+    e, tips, tops = HALF_OPENINGS[index], tip[n, index], inner[n, index]
+
+    inside = np.abs(ALONG)[None] < e[:, None]  # (N, A)
+    low = (patch > (tips + 0.002)[:, None, None]) & inside[:, None]
+    high = (patch > (np.minimum(tips + 0.007, tops - 0.001))[:, None, None]) & inside[:, None]
+    left, left_at, left_spread = _edge(low, +1)
+    right, right_at, right_spread = _edge(low, -1)
+    high_left, *_ = _edge(high, +1)
+    high_right, *_ = _edge(high, -1)
+    rise = np.maximum(np.minimum(0.005, tops - 0.001 - tips - 0.002), 0.001)
+    slope = np.maximum(high_left - left, right - high_right) / rise
+
+    twist = np.exp(-((left_at - right_at) / 0.008) ** 2)
+    torsion = np.exp(-((0.5 * (left_at + right_at)) / 0.008) ** 2)
+    lean = np.clip((0.75 - slope) / 0.45, 0, 1)
+    centred = np.exp(-((0.5 * (left + right)) / 0.012) ** 2)
+    area = np.clip(0.4 + 0.3 * (left_spread + right_spread), 0, 1)
+    bite = np.clip((tops - tips) / 0.012, 0.4, 1)
+    x = field.origin[0] + (columns - 30) * CELL - field.centre_of_mass[0]
+    y = field.origin[1] + (rows - 30) * CELL - field.centre_of_mass[1]
+    balance = 0.25 + 0.75 * np.exp(-((x**2 + y**2) / 0.07**2))
+    room = np.clip((e + left) / 0.003, 0.5, 1) * np.clip((e - right) / 0.003, 0.5, 1)
+    quality = twist * torsion * lean * centred * area * bite * balance * room
+    quality = np.where(feasible & low.any(axis=(1, 2)) & (right > left), quality, 0)
+    return {"quality": quality.astype(np.float32), "opening": (2 * e).astype(np.float32),
+            "tip": tips.astype(np.float32), "top": tops.astype(np.float32),
+            "yaw": np.full(len(rows), yaw, np.float32)}
+
+
+def _near(position: float) -> int:
+    """Index of the sample nearest to ``position`` along the jaws."""
+    return int(round((position - float(ALONG[0])) / CELL))
+
+
+def _edge(mask: NDArray[np.bool_], side: int) -> tuple[Floats, Floats, Floats]:
+    """Outermost material of each grasp, seen by one finger.
+
+    Args:
+        mask: (N, B, A) material between the jaws.
+        side: +1 for the finger coming from negative positions, −1 for the other.
+
+    Returns:
+        Position of the contact along the jaws (N,), its mean place across (N,), and the share
+        of the pad's width that it covers (N,).
+    """
+    oriented = mask if side > 0 else mask[:, :, ::-1]
+    positions = ALONG if side > 0 else ALONG[::-1]
+    some = oriented.any(2)
+    reach = np.where(some, positions[np.argmax(oriented, axis=2)], np.float32(side) * 1.0)  # (N, B)
+    contact = reach.min(1) if side > 0 else reach.max(1)
+    touching = some & (np.abs(reach - contact[:, None]) < 0.0015)
+    count = np.maximum(touching.sum(1), 1)
+    return contact, (touching * ACROSS).sum(1) / count, touching.sum(1) / len(ACROSS)
+
+
+def maxima(field: GraspField, count: int, threshold: float = 0.1, distance: int = 4) -> list[tuple[int, int]]:
+    """Cells (row, column) of the best local maxima of quality, best first."""
+    q = field.quality
+    rows, columns = np.nonzero((q == maximum_filter(q, size=2 * distance + 1)) & (q >= threshold))
+    order = np.argsort(-q[rows, columns], kind="stable")[:count]
+    return [(int(rows[i]), int(columns[i])) for i in order]

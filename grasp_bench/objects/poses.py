@@ -1,0 +1,140 @@
+"""Resting poses of an object, and the reference grasps that fit the gripper in each.
+
+Poses come from the facets of the convex hull on which the centre of mass is supported
+(Goldberg et al. 1999, as in trimesh), are let go in physics, and are kept as they came to
+rest. Reference grasps come from the height field of the true shape and are then tried with
+the floating gripper: only those that lifted and held through a shake are kept.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import json
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from grasp_bench.objects import heightfield
+from grasp_bench.objects.catalog import ObjectModel
+from grasp_bench.objects.heightfield import CELL, HeightField
+from grasp_bench.scenario import Scenario
+from grasp_bench.scene.builder import SceneObject, compile_mjcf
+from grasp_bench.scene.floating import FloatingGripper, compose_floating
+from grasp_bench.scene.rendering import SHOWN_GROUPS
+
+Floats = NDArray[np.float64]
+
+MAX_POSES = 6
+LEAST_PROBABILITY = 0.03
+SAME_POSE = np.radians(20)
+"""Resting directions nearer than this are one pose (the facets of a round can)."""
+TRIED = 24
+"""Candidate grasps tried in physics for each pose."""
+KEPT = 12
+STARS = 1e3
+"""Height from which rays are cast so far down that they are parallel [m]."""
+
+
+def resting_directions(model: SceneObject) -> list[tuple[Floats, float]]:
+    """World-from-object rotations (3, 3) at rest and their probabilities, most probable first."""
+    cloud = trimesh.convex.convex_hull(np.vstack(model.hulls))
+    transforms, chances = trimesh.poses.compute_stable_poses(cloud, center_mass=np.zeros(3), sigma=0,
+                                                             n_samples=1, threshold=0.0, seed=0)
+    kept: list[tuple[Floats, float]] = []
+    for transform, chance in sorted(zip(transforms, chances, strict=True), key=lambda p: -p[1]):
+        down = transform[2, :3]
+        for i, (other, total) in enumerate(kept):
+            if np.arccos(np.clip(other[2] @ down, -1, 1)) < SAME_POSE:
+                kept[i] = (other, total + float(chance))
+                break
+        else:
+            kept.append((transform[:3, :3], float(chance)))
+    kept.sort(key=lambda p: -p[1])
+    return [p for p in kept if p[1] >= LEAST_PROBABILITY][:MAX_POSES]
+
+
+def measure_heights(model: mujoco.MjModel, data: mujoco.MjData, centre: tuple[float, float],
+                    centre_of_mass: tuple[float, float], half: float = 0.20) -> HeightField:
+    """Height field of what stands within ``half`` metres of ``centre``, by vertical rays."""
+    count = int(2 * half / CELL)
+    origin = (centre[0] - half + CELL / 2, centre[1] - half + CELL / 2)
+    x, y = np.meshgrid(origin[0] + CELL * np.arange(count), origin[1] + CELL * np.arange(count))
+    start = np.array([*centre, STARS])
+    rays = np.column_stack([x.ravel(), y.ravel(), np.zeros(count * count)]) - start
+    distance = np.zeros(count * count)
+    geom = np.zeros(count * count, np.int32)
+    mujoco.mj_multiRay(model, data, start, rays.ravel(), SHOWN_GROUPS, True, -1, geom, distance, None,
+                       count * count, 2 * STARS)
+    heights = np.where(geom >= 0, STARS * (1 - distance), 0).reshape(count, count)
+    return HeightField(np.clip(heights, 0, None).astype(np.float32), origin, centre_of_mass)
+
+
+def rest(gripper: FloatingGripper, rotation: Floats, model: SceneObject) -> tuple[Floats, Floats] | None:
+    """Let the object go with ``rotation``; its position (3,) and quaternion at rest at x = y = 0,
+    or None when it rolled over, away or on."""
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(rotation).ravel())
+    low = min(float((h @ rotation.T)[:, 2].min()) for h in model.hulls)
+    data, q = gripper.data, gripper.object_q[0]
+    mujoco.mj_resetData(gripper.model, data)
+    gripper.park()
+    data.qpos[q:q + 3], data.qpos[q + 3:q + 7] = (*gripper.scenario.table.center, 0.001 - low), quaternion
+    if not gripper.settle(4.0):
+        return None
+    ended = np.zeros(9)
+    mujoco.mju_quat2Mat(ended, data.qpos[q + 3:q + 7])
+    if ended.reshape(3, 3)[2] @ rotation[2] < np.cos(np.radians(15)):
+        return None
+    return data.qpos[q:q + 3].copy(), data.qpos[q + 3:q + 7].copy()
+
+
+def reference_grasps(gripper: FloatingGripper, position: Floats, rotation: Floats) -> list[dict[str, Any]]:
+    """Grasps of the resting object that held in physics, best first, in the object's frame."""
+    field = measure_heights(gripper.model, gripper.data, (position[0], position[1]),
+                            (position[0], position[1]))
+    found = heightfield.analyse(field)
+    state = gripper.state()
+    kept = []
+    for row, column in heightfield.maxima(found, TRIED):
+        tip = np.array([field.origin[0] + column * CELL, field.origin[1] + row * CELL, found.tip[row, column]])
+        yaw, opening = float(found.yaw[row, column]), float(found.opening[row, column])
+        attempt = gripper.attempt(state, tip, yaw, opening)
+        if attempt.held:
+            score = float(found.quality[row, column]) * float(np.exp(-attempt.slide / 0.01))
+            axis = np.array([np.cos(yaw), np.sin(yaw), 0.0])
+            kept.append({"tip": np.round(rotation.T @ (tip - position), 5).tolist(),
+                         "axis": np.round(rotation.T @ axis, 5).tolist(), "width": round(opening, 4),
+                         "top": round(float(found.top[row, column]), 4), "score": round(score, 4)})
+    return sorted(kept, key=lambda g: -g["score"])[:KEPT]
+
+
+def build_rest(folder: Path) -> bool:
+    """Write ``object.json`` of an object whose shape stage is done; False when up to date."""
+    details = json.loads((folder / "shape.json").read_text())
+    code = "".join(inspect.getsource(m) for m in (heightfield, inspect.getmodule(build_rest)))  # type: ignore[arg-type]
+    mark = hashlib.sha256((code + details["fingerprint"]).encode()).hexdigest()
+    done = folder / "object.json"
+    if done.is_file() and json.loads(done.read_text()).get("rest_fingerprint") == mark:
+        return False
+    model = ObjectModel(details["name"], details["category"], folder, details["mass"],
+                        np.array(details["inertia"]), details["friction"], (), mark)
+    scenario = Scenario(name="reference")
+    gripper = FloatingGripper(compile_mjcf(compose_floating(scenario, [model])), scenario)
+    poses = []
+    for rotation, chance in resting_directions(model):
+        rested = rest(gripper, rotation, model)
+        if rested is None:
+            continue
+        position, quaternion = rested
+        matrix = np.zeros(9)
+        mujoco.mju_quat2Mat(matrix, quaternion)
+        poses.append({"quaternion": np.round(quaternion, 6).tolist(), "height": round(float(position[2]), 5),
+                      "probability": round(chance, 4),
+                      "grasps": reference_grasps(gripper, position, matrix.reshape(3, 3))})
+    done.write_text(json.dumps(details | {"poses": poses, "rest_fingerprint": mark}, indent=1))
+    return True

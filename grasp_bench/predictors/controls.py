@@ -1,0 +1,203 @@
+"""Controls that keep a benchmark honest: an upper bound, three heuristics, and two that must fail.
+
+A table in which the oracle does not pass, or in which the displaced grasp does, says nothing
+about the predictors between them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter, label
+
+from grasp_bench.camera import RgbdImage
+from grasp_bench.grasps import Grasp, wrap_angle
+from grasp_bench.predictors.protocol import GroundTruth, PrivilegedPredictor
+
+Floats = NDArray[np.float64]
+
+FOREGROUND = 0.006
+"""Things less high above the table are not seen as things by the depth-only controls [m]."""
+JAW_OPENING = 0.085
+"""What the depth-only controls know of the gripper [m]."""
+
+
+class Oracle(PrivilegedPredictor):
+    """Upper bound: the object's reference grasps, placed with its true pose.
+
+    Reference grasps are antipodal places on the true mesh that held in physics when the
+    object was built; see :mod:`grasp_bench.objects.poses`.
+    """
+
+    def predict_from_truth(self, image: RgbdImage, truth: GroundTruth) -> list[Grasp]:
+        """The reference grasps of the resting pose the object lies in, best first."""
+        ups = [_rotation(p.quaternion)[2] @ truth.rotation[2] for p in truth.model.graspable_poses]
+        pose = truth.model.graspable_poses[int(np.argmax(ups))]
+        return [project_grasp(truth, truth.rotation @ g.tip + truth.position, truth.rotation @ g.axis,
+                              g.top, g.width, g.score) for g in pose.grasps]
+
+
+class Displaced(Oracle):
+    """Must fail: the oracle's grasp moved 0.2 m across the table."""
+
+    DISTANCE = 0.2
+
+    def begin(self, rng: np.random.Generator) -> None:
+        """Draw the direction of the displacement."""
+        self._angle = rng.uniform(-math.pi, math.pi)
+
+    def predict_from_truth(self, image: RgbdImage, truth: GroundTruth) -> list[Grasp]:
+        """One grasp, 0.2 m beside where it should be."""
+        shift = self.DISTANCE * np.array([math.cos(self._angle), math.sin(self._angle), 0.0])
+        moved = GroundTruth(truth.model, truth.position + shift, truth.rotation, truth.camera,
+                            truth.intrinsics)
+        inside = [g for g in super().predict_from_truth(image, moved)
+                  if 0 <= g.x <= image.intrinsics.width and 0 <= g.y <= image.intrinsics.height]
+        return inside[:1]
+
+
+def _rotation(quaternion: Floats) -> Floats:
+    import mujoco
+
+    matrix = np.zeros(9)
+    mujoco.mju_quat2Mat(matrix, quaternion)
+    return matrix.reshape(3, 3)
+
+
+def project_grasp(truth: GroundTruth, tip: Floats, axis: Floats, top: float, width: float,
+                  quality: float) -> Grasp:
+    """Image-plane grasp of a world grasp, on the plane where the planner deprojects it.
+
+    Args:
+        truth: camera and intrinsics.
+        tip: (3,) TCP position [m].
+        axis: (3,) jaw opening direction.
+        top: height of what is grasped above the table [m].
+        width: jaw opening [m].
+        quality: 0 to 1.
+    """
+    centre = np.array([tip[0], tip[1], top])
+    half = 0.5 * width * np.array([axis[0], axis[1], 0.0]) / max(float(np.hypot(axis[0], axis[1])), 1e-9)
+    ends = truth.intrinsics.project(truth.camera.to_camera(np.stack([centre - half, centre + half])))
+    dx, dy = ends[1] - ends[0]
+    x, y = ends.mean(0)
+    return Grasp(float(x), float(y), wrap_angle(math.atan2(-dy, dx)), float(math.hypot(dx, dy)), quality)
+
+
+# ---------------------------------------------------------------- depth-only heuristics
+
+def foreground(image: RgbdImage) -> tuple[NDArray[np.bool_], float]:
+    """(H, W) mask of the largest thing nearest the image's middle, and the table's depth [m].
+
+    The table is taken to be the median depth of the middle of the image, which holds for a
+    camera looking straight down on a mostly empty table.
+    """
+    h, w = image.depth.shape
+    box = (slice(h // 2 - 112, h // 2 + 112), slice(w // 2 - 112, w // 2 + 112))
+    middle = image.depth[box]
+    table = float(np.median(middle[middle > 0])) if (middle > 0).any() else 0.0
+    mask = np.zeros((h, w), bool)
+    mask[box] = (middle > 0) & (middle < table - FOREGROUND)
+    mask = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
+    parts, count = label(mask)
+    if count == 0:
+        return mask, table
+    sizes = np.bincount(parts.ravel())[1:]
+    return parts == 1 + int(np.argmax(sizes)), table
+
+
+class Centroid:
+    """Heuristic: the middle of the depth blob, jaws across its longer principal axis."""
+
+    def predict(self, image: RgbdImage) -> list[Grasp]:
+        """One grasp, or none where nothing stands out of the table."""
+        mask, _ = foreground(image)
+        rows, columns = np.nonzero(mask)
+        if len(rows) < 12:
+            return []
+        centre = np.array([columns.mean() + 0.5, rows.mean() + 0.5])
+        offsets = np.column_stack([columns + 0.5, rows + 0.5]) - centre
+        _, vectors = np.linalg.eigh(offsets.T @ offsets)
+        minor = vectors[:, 0]  # eigenvalues ascend: the shorter axis comes first
+        extent = np.ptp(offsets @ minor)
+        near = float(np.median(image.depth[mask]))
+        widest = JAW_OPENING * image.intrinsics.fx / near
+        return [Grasp(float(centre[0]), float(centre[1]), wrap_angle(math.atan2(-minor[1], minor[0])),
+                      float(min(extent + 12, widest)), 0.5)]
+
+
+class Random:
+    """Must score low: a random place on the object, a random direction, jaws wide open."""
+
+    def begin(self, rng: np.random.Generator) -> None:
+        """Take the trial's random stream."""
+        self._rng = rng
+
+    def predict(self, image: RgbdImage) -> list[Grasp]:
+        """One grasp, or none where nothing stands out of the table."""
+        mask, _ = foreground(image)
+        rows, columns = np.nonzero(mask)
+        if len(rows) == 0:
+            return []
+        i = int(self._rng.integers(len(rows)))
+        angle = wrap_angle(self._rng.uniform(-math.pi / 2, math.pi / 2))
+        near = max(float(image.depth[rows[i], columns[i]]), 0.1)
+        return [Grasp(columns[i] + 0.5, rows[i] + 0.5, angle, JAW_OPENING * image.intrinsics.fx / near, 0.5)]
+
+
+class Antipodal:
+    """Heuristic: pairs of opposite depth edges, as Dex-Net 2.0 samples its candidates.
+
+    Depth edges are pixels with a steep smoothed depth gradient; two of them make a grasp when
+    their gradients oppose each other within the friction cone and the jaws span them. The pair
+    nearest to the blob's middle, with the best aligned gradients, ranks first (Mahler et al.,
+    RSS 2017, describe the sampling; there a network ranks).
+    """
+
+    SAMPLES = 4000
+    FRICTION_ANGLE = math.atan(0.5)
+
+    def begin(self, rng: np.random.Generator) -> None:
+        """Take the trial's random stream."""
+        self._rng = rng
+
+    def predict(self, image: RgbdImage) -> list[Grasp]:
+        """Up to ten grasps; none where no pair of edges fits the jaws."""
+        mask, table = foreground(image)
+        rows, columns = np.nonzero(mask)
+        if len(rows) < 12:
+            return []
+        depth = gaussian_filter(np.where(image.valid, image.depth, table), 1.0)
+        gy, gx = np.gradient(depth)
+        steep = np.hypot(gx, gy)
+        edge_rows, edge_columns = np.nonzero((steep > 0.003) & (cv2.dilate(mask.astype(np.uint8),
+                                                                          np.ones((5, 5), np.uint8)) > 0))
+        if len(edge_rows) < 2:
+            return []
+        first, second = self._rng.integers(len(edge_rows), size=(2, self.SAMPLES))
+        points = np.column_stack([edge_columns, edge_rows]) + 0.5
+        normal = np.column_stack([gx[edge_rows, edge_columns], gy[edge_rows, edge_columns]])
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        line = points[second] - points[first]
+        length = np.linalg.norm(line, axis=1)
+        near = float(np.median(image.depth[mask]))
+        widest = JAW_OPENING * image.intrinsics.fx / near
+        line = line / np.maximum(length, 1e-9)[:, None]
+        # Depth grows away from the object, so its gradient points outwards.
+        out_first = -np.einsum("ij,ij->i", normal[first], line)
+        out_second = np.einsum("ij,ij->i", normal[second], line)
+        aligned = np.minimum(out_first, out_second)
+        good = (length > 4) & (length < widest - 8) & (aligned > math.cos(self.FRICTION_ANGLE))
+        if not good.any():
+            return []
+        middle = (points[first] + points[second]) / 2
+        centre = np.array([columns.mean(), rows.mean()])
+        spread = np.sqrt(len(rows))
+        score = aligned * np.exp(-np.linalg.norm(middle - centre, axis=1) / spread)
+        order = [i for i in np.argsort(-score, kind="stable") if good[i]][:10]
+        return [Grasp(float(middle[i, 0]), float(middle[i, 1]),
+                      wrap_angle(math.atan2(-line[i, 1], line[i, 0])),
+                      float(min(length[i] + 14, widest)), float(np.clip(score[i], 0, 1))) for i in order]

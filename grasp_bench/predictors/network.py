@@ -1,0 +1,92 @@
+"""A trained network as a predictor: centre crop, forward pass, peaks of the quality map."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from grasp_bench.camera import RgbdImage
+from grasp_bench.grasps import Grasp, GraspMaps
+
+if TYPE_CHECKING:
+    import torch
+
+
+class NetworkPredictor:
+    """Grasps by a network of ``grasp_bench.networks``, on CUDA where there is one.
+
+    The middle of the image is looked at, in a square of the network's input size. An image
+    that is smaller is padded, colour by its border and depth by holes (which are then filled
+    from the border); grasps are not centred in the padding.
+
+    Args:
+        name: network, such as 'htc-grasp'.
+        weights: safetensors file; by default the shipped one.
+        peaks: how many grasps at most.
+
+    Attributes:
+        crop_origin: (x, y) of the crop's corner in the last image [px], negative if padded.
+        metadata: what is stored with the weights.
+    """
+
+    def __init__(self, name: str = "htc-grasp", weights: Path | None = None, peaks: int = 5) -> None:
+        import torch
+
+        from grasp_bench.networks import info
+        from grasp_bench.networks.weights import load
+
+        self.name, self.peaks = name, peaks
+        self.crop_origin = (0, 0)
+        self._info = info(name)
+        self._device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+        network, self.metadata = load(name, weights)
+        self._network = network.to(self._device, memory_format=torch.channels_last)
+
+    def predict(self, image: RgbdImage) -> list[Grasp]:
+        """Grasps in pixels of the whole image, best first; empty if the network sees none."""
+        maps = self.maps(image).smoothed()
+        ox, oy = self.crop_origin
+        height, width = image.depth.shape
+        inside = np.zeros_like(maps.quality)
+        inside[max(-oy, 0):height - oy, max(-ox, 0):width - ox] = 1
+        peaks = replace(maps, quality=maps.quality * inside).peaks(count=self.peaks)
+        return [replace(g, x=g.x + ox, y=g.y + oy) for g in peaks]
+
+    def maps(self, image: RgbdImage) -> GraspMaps:
+        """The network's maps of the crop at ``crop_origin``, not smoothed."""
+        from grasp_bench.networks.encoding import maps_from_output, to_input
+
+        rgb, depth, self.crop_origin = centre_crop(image, self._info.crop)
+        return maps_from_output(self._forward(to_input(rgb, depth, self._info.kind)))
+
+    def _forward(self, x: np.ndarray) -> torch.Tensor:
+        import torch
+
+        # One thread: trials run in parallel processes, and timings shall not depend on cores.
+        threads = torch.get_num_threads()
+        if self._device.type == "cpu" and threads != 1:
+            torch.set_num_threads(1)
+        try:
+            with torch.inference_mode():
+                batch = torch.from_numpy(x)[None].to(self._device, memory_format=torch.channels_last)
+                return self._network(batch)[0]
+        finally:
+            if torch.get_num_threads() != threads:
+                torch.set_num_threads(threads)
+
+
+def centre_crop(image: RgbdImage, size: int) -> tuple[np.ndarray, np.ndarray, tuple[int, int]]:
+    """(size, size, 3) rgb and (size, size) depth of the image's middle, and the crop's corner."""
+    height, width = image.depth.shape
+    ox, oy = (width - size) // 2, (height - size) // 2
+    rgb = image.rgb[max(oy, 0):max(oy, 0) + size, max(ox, 0):max(ox, 0) + size]
+    depth = image.depth[max(oy, 0):max(oy, 0) + size, max(ox, 0):max(ox, 0) + size]
+    if ox < 0 or oy < 0:
+        before = (max(-oy, 0), max(-ox, 0))
+        pad = [(b, size - b - n) for b, n in zip(before, depth.shape, strict=True)]
+        rgb = np.pad(rgb, [*pad, (0, 0)], mode="edge")
+        depth = np.pad(depth, pad)
+    return rgb, depth, (ox, oy)

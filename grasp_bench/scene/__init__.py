@@ -1,0 +1,1 @@
+"""Robot, camera and object in one simulated scene."""

@@ -1,0 +1,200 @@
+"""Composes the world of a trial with dm_control's MJCF library and compiles it.
+
+One object is compiled per scene: 180 free bodies in one model would cost fifteen times the
+time per step. Compiled models are cached on disk under the digest of all that goes into
+them; the cache has no effect on results.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import struct
+import tempfile
+from pathlib import Path
+from typing import Any, Protocol
+
+import mujoco
+import numpy as np
+
+from grasp_bench.objects.catalog import ObjectModel, VisualPart
+from grasp_bench.paths import assets_dir
+from grasp_bench.scenario import Scenario
+
+OBJECT = "object"
+TABLE = "table"
+ARM_PREFIX = "arm/"
+GRIPPER_PREFIX = "arm/gripper/"
+VISUAL_GROUP = 2
+COLLISION_GROUP = 3
+ROLLING_FRICTION = 3e-4
+"""Rolling resistance on the table [m], of the order of a hard ball on a laid table."""
+
+
+def stl_bytes(vertices: np.ndarray, faces: np.ndarray) -> bytes:
+    """Binary STL of a mesh; normals are left to the reader."""
+    triangles = np.zeros(len(faces), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("tag", "<u2")])
+    triangles["corners"] = np.asarray(vertices)[np.asarray(faces)]
+    return bytes(80) + struct.pack("<I", len(faces)) + triangles.tobytes()
+
+
+class SceneObject(Protocol):
+    """What the builder needs of an object; see :class:`ObjectModel`."""
+
+    @property
+    def mass(self) -> float: ...
+    @property
+    def inertia(self) -> np.ndarray: ...
+    @property
+    def friction(self) -> float: ...
+    @property
+    def visual(self) -> list[VisualPart]: ...
+    @property
+    def hulls(self) -> list[np.ndarray]: ...
+
+
+def add_object(root: Any, model: SceneObject, scenario: Scenario, name: str = OBJECT) -> None:
+    """Add a free body with its visual parts and convex hulls."""
+    from dm_control import mjcf
+    from scipy.spatial import ConvexHull
+
+    prefix = "" if name == OBJECT else f"{name}_"
+    body = root.worldbody.add("body", name=name, pos=[0, 0, 1])
+    body.add("freejoint", name=name)
+    inertia = model.inertia
+    body.add("inertial", pos=[0, 0, 0], mass=model.mass, fullinertia=[
+        inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]])
+    for i, part in enumerate(model.visual):
+        mesh = root.asset.add("mesh", name=f"{prefix}visual{i}", inertia="shell",
+                              file=mjcf.Asset(stl_bytes(part.vertices, part.faces), ".stl"))
+        body.add("geom", name=f"{prefix}visual{i}", type="mesh", mesh=mesh, rgba=[*part.rgb, 1], mass=0,
+                 contype=0, conaffinity=0, group=VISUAL_GROUP, user=[part.roughness])
+    for i, hull in enumerate(model.hulls):
+        faces = ConvexHull(hull).simplices
+        mesh = root.asset.add("mesh", name=f"{prefix}hull{i}", inertia="convex",
+                              file=mjcf.Asset(stl_bytes(hull, faces), ".stl"))
+        body.add("geom", name=f"{prefix}hull{i}", type="mesh", mesh=mesh, mass=0, group=COLLISION_GROUP,
+                 condim=6, friction=[scenario.table.friction, 0.005, ROLLING_FRICTION],
+                 rgba=[0.9, 0.3, 0.2, 0.4])
+
+
+def add_table(root: Any, scenario: Scenario) -> None:
+    """Add table, floor, light and the camera's marker."""
+    table = scenario.table
+    root.worldbody.add("geom", name=TABLE, type="box", size=[table.size[0] / 2, table.size[1] / 2, 0.025],
+                       pos=[*table.center, -0.025], rgba=[*table.color, 1], condim=6,
+                       friction=[table.friction, 0.005, ROLLING_FRICTION], group=1)
+    root.worldbody.add("geom", name="floor", type="plane", size=[3, 3, 0.1], pos=[0, 0, -0.75],
+                       rgba=[0.35, 0.36, 0.38, 1], group=1)
+    root.worldbody.add("light", pos=[0.2, -0.6, 2.0], dir=[0.1, 0.3, -1], diffuse=[0.6, 0.6, 0.6])
+    # Shown by viewers and GL pictures; the ray caster takes the pose from the scenario itself.
+    rotation = scenario.camera.pose.rotation
+    root.worldbody.add("camera", name="sensor", pos=scenario.camera.position,
+                       xyaxes=[*rotation[:, 0], *-rotation[:, 1]],
+                       fovy=float(np.degrees(scenario.camera.intrinsics.vertical_fov)))
+
+
+def new_world(scenario: Scenario) -> Any:
+    """Empty MJCF model with the scenario's solver settings."""
+    from dm_control import mjcf
+
+    root = mjcf.RootElement(model="grasp_bench")
+    root.compiler.angle = "radian"
+    root.compiler.autolimits = True
+    physics = scenario.physics
+    root.option.timestep = physics.timestep
+    root.option.integrator = "implicitfast"
+    root.option.solver = "Newton"
+    root.option.jacobian = "dense"
+    root.option.cone = "elliptic"
+    root.option.impratio = physics.impratio
+    root.option.noslip_iterations = physics.noslip_iterations
+    root.size.nuser_geom = 1
+    return root
+
+
+def compose(scenario: Scenario, model: ObjectModel | None, robot: bool = True) -> Any:
+    """The MJCF model (``dm_control.mjcf.RootElement``) of a trial's world.
+
+    Args:
+        scenario: settings.
+        model: the object, or None for an empty table.
+        robot: with the EC66 and its gripper, or only table and object.
+    """
+    root = new_world(scenario)
+    add_table(root, scenario)
+    if robot:
+        root.attach(load_robot(scenario, 1.0 if model is None else model.friction))
+    if model is not None:
+        add_object(root, model, scenario)
+    return root
+
+
+def load_robot(scenario: Scenario, friction: float) -> Any:
+    """EC66 with its gripper at the flange, pads set to the object's ``friction``."""
+    from dm_control import mjcf
+
+    arm = mjcf.from_path(str(assets_dir() / "ec66" / "ec66.xml"))
+    gripper = mjcf.from_path(str(assets_dir() / "ec66" / "gripper.xml"))
+    arm.model, gripper.model = "arm", "gripper"
+    set_gripper(gripper, scenario, friction)
+    arm.find("site", "flange").attach(gripper)
+    for element in (arm, gripper):
+        for key in element.find_all("key"):
+            key.remove()
+    return arm
+
+
+def set_gripper(gripper: Any, scenario: Scenario, friction: float) -> None:
+    """Set pad friction and force limit of a gripper loaded from ``gripper.xml``.
+
+    The pads have priority over what they touch, so their ``friction`` is the pair's.
+    """
+    for side in ("left_pad", "right_pad"):
+        gripper.find("geom", side).friction = [friction * scenario.gripper.friction_scale,
+                                               scenario.gripper.torsional_friction, 1e-4]
+    # The actuator's tendon averages both finger positions, so each finger gets half its force.
+    force = 2 * scenario.gripper.force
+    gripper.find("actuator", "gripper").forcerange = [-force, force]
+
+
+def compile_mjcf(root: Any) -> mujoco.MjModel:
+    """Compile a composed model with MuJoCo itself."""
+    return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
+
+
+def cache_dir() -> Path:
+    """Folder of compiled models: ``$GRASP_BENCH_CACHE`` or the user's cache folder."""
+    base = os.environ.get("GRASP_BENCH_CACHE") or os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "grasp-bench" / "models"
+
+
+def _digest(scenario: Scenario, model: ObjectModel | None, robot: bool) -> str:
+    digest = hashlib.sha256(f"{mujoco.__version__}|{robot}|".encode())
+    # Everything in the scenario but its name: a few keys too many cost only cache hits.
+    digest.update(scenario.model_dump_json(exclude={"name", "description"}).encode())
+    digest.update((model.digest if model else "-").encode())
+    for path in (Path(__file__), *sorted((assets_dir() / "ec66").glob("*.xml")),
+                 *sorted((assets_dir() / "ec66" / "meshes").iterdir())):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:32]
+
+
+def compile_scene(scenario: Scenario, model: ObjectModel | None, robot: bool = True) -> mujoco.MjModel:
+    """Compiled model of a trial's world, from the cache where it is there."""
+    path = cache_dir() / f"{_digest(scenario, model, robot)}.mjb"
+    if path.is_file():
+        try:
+            return mujoco.MjModel.from_binary_path(str(path))
+        except ValueError:
+            pass  # truncated by a killed run: compile again and replace it
+    compiled = compile_mjcf(compose(scenario, model, robot))
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=path.parent) as folder:
+            fresh = Path(folder) / "model.mjb"
+            mujoco.mj_saveModel(compiled, str(fresh))
+            fresh.replace(path)
+    except OSError:
+        pass  # a read-only or full disk costs time, not the trial
+    return compiled

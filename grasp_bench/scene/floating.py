@@ -1,0 +1,194 @@
+"""The gripper without the arm: tries a grasp in physics in a few hundredths of a second.
+
+The same gripper, contacts and grip force as in a trial, carried by four stiff slides (x, y,
+z and yaw) instead of the arm. It verifies reference grasps and labels training data.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from grasp_bench.paths import assets_dir
+from grasp_bench.scenario import Scenario
+from grasp_bench.scene.builder import SceneObject, add_object, add_table, new_world, set_gripper
+from grasp_bench.scene.ec66 import FINGER_STROKE, FLANGE_TO_TCP
+
+Floats = NDArray[np.float64]
+
+PREFIX = "carrier/"
+PARK = 0.6
+"""Height at which the gripper waits [m]."""
+CLOSING_SPEED = 0.15
+LIFT = 0.10
+LIFT_SPEED = 0.25
+SHAKE = 5.0
+"""Acceleration of the shake along each axis [m/s²]."""
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """How a floating grasp ended.
+
+    Attributes:
+        held: lifted and still held by both fingers after the shake.
+        why: ``held``, ``collision``, ``missed``, ``slipped`` or ``unstable``.
+        slide: how far the object moved against the gripper between closing and the end [m].
+    """
+
+    held: bool
+    why: str
+    slide: float = 0.0
+
+
+def compose_floating(scenario: Scenario, objects: list[SceneObject]) -> Any:
+    """MJCF of a table with ``objects`` and the floating gripper."""
+    from dm_control import mjcf
+
+    root = new_world(scenario)
+    add_table(root, scenario)
+    gripper = mjcf.from_path(str(assets_dir() / "ec66" / "gripper.xml"))
+    gripper.model = "carrier"
+    set_gripper(gripper, scenario, max((o.friction for o in objects), default=1.0))
+    for geom in gripper.find_all("geom"):
+        if geom.dclass and geom.dclass.dclass == "visual":
+            geom.remove()
+    mount = root.worldbody.add("body", name="mount", pos=[0, 0, 0], gravcomp=1)
+    mount.add("inertial", mass=0.5, pos=[0, 0, 0], diaginertia=[1e-3, 1e-3, 1e-3])
+    for name, kind, axis in (("x", "slide", [1, 0, 0]), ("y", "slide", [0, 1, 0]),
+                             ("z", "slide", [0, 0, 1]), ("yaw", "hinge", [0, 0, 1])):
+        joint = mount.add("joint", name=name, type=kind, axis=axis, armature=0.05)
+        stiff = 30000 if kind == "slide" else 300
+        root.actuator.add("position", name=name, joint=joint, kp=stiff, kv=stiff / 60)
+    site = mount.add("site", name="flange", quat=[0, 1, 0, 0])
+    site.attach(gripper)
+    for i, model in enumerate(objects):
+        add_object(root, model, scenario, f"object{i}")
+    return root
+
+
+class FloatingGripper:
+    """Tries grasps on the objects of one scene.
+
+    Args:
+        model: compiled from :func:`compose_floating`.
+        scenario: its settings.
+        count: how many objects there are.
+    """
+
+    def __init__(self, model: mujoco.MjModel, scenario: Scenario, count: int = 1) -> None:
+        self.model, self.scenario, self.data = model, scenario, mujoco.MjData(model)
+        self._carrier_q = np.array([model.joint(n).qposadr[0] for n in ("x", "y", "z", "yaw")])
+        self._carrier_u = np.array([model.actuator(n).id for n in ("x", "y", "z", "yaw")])
+        self._jaw = model.actuator(PREFIX + "gripper").id
+        self._fingers = np.array([model.joint(f"{PREFIX}{s}_finger_joint").qposadr[0]
+                                  for s in ("left", "right")])
+        self.object_q = [int(model.joint(f"object{i}").qposadr[0]) for i in range(count)]
+        bodies = [model.body(i).name for i in model.geom_bodyid]
+        self._left = np.array([b == PREFIX + "left_finger" for b in bodies])
+        self._right = np.array([b == PREFIX + "right_finger" for b in bodies])
+        self._gripper = np.array([b.startswith(PREFIX) for b in bodies])
+        self._body = np.array([int(b[6:]) if b.startswith("object") else -1 for b in bodies])
+        self._tcp = model.site(PREFIX + "tcp").id
+        self.park()
+
+    def park(self) -> None:
+        """Move the gripper out of the way, open."""
+        self._put([0, 0, PARK, 0], 2 * FINGER_STROKE)
+
+    def _put(self, carrier: Any, opening: float) -> None:
+        self.data.qpos[self._carrier_q] = self.data.ctrl[self._carrier_u] = carrier
+        self.data.qpos[self._fingers] = self.data.ctrl[self._jaw] = opening / 2
+
+    def settle(self, seconds: float) -> bool:
+        """Let the objects come to rest with the gripper parked; whether they did."""
+        chunk = 20
+        for _ in range(int(seconds / (chunk * self.model.opt.timestep))):
+            mujoco.mj_step(self.model, self.data, chunk)
+            if self.data.warning.number.any():
+                return False
+            speed = [np.abs(self.data.qvel[self.model.jnt_dofadr[self.model.joint(f"object{i}").id]:][:6]).max()
+                     for i in range(len(self.object_q))]
+            if max(speed) < 0.01 and self.data.time > 0.1:
+                return True
+        return False
+
+    def state(self) -> tuple[Floats, Floats]:
+        """Positions and velocities, for :meth:`attempt`."""
+        return self.data.qpos.copy(), self.data.qvel.copy()
+
+    def attempt(self, state: tuple[Floats, Floats], tip: Floats, yaw: float, opening: float) -> Attempt:
+        """Grasp from a saved state: appear open at ``tip``, close, lift and shake.
+
+        Args:
+            state: from :meth:`state`.
+            tip: (3,) TCP position [m].
+            yaw: jaw direction in the world [rad].
+            opening: of the jaws before closing [m].
+        """
+        model, data = self.model, self.data
+        mujoco.mj_resetData(model, data)
+        data.qpos[:], data.qvel[:] = state
+        height = tip[2] + FLANGE_TO_TCP
+        self._put([tip[0], tip[1], height, yaw], opening)
+        mujoco.mj_forward(model, data)
+        if self._penetrates():
+            return Attempt(False, "collision")
+        dt = model.opt.timestep
+        squeeze = -self.scenario.gripper.squeeze
+        chunk = 5
+        for jaw in np.arange(opening / 2, squeeze, -CLOSING_SPEED * dt * chunk):
+            data.ctrl[self._jaw] = jaw
+            mujoco.mj_step(model, data, chunk)
+        data.ctrl[self._jaw] = squeeze
+        mujoco.mj_step(model, data, int(0.1 / dt))
+        grip = self._held()
+        if grip is None:
+            return Attempt(False, "missed")
+        start = self._relative(grip)
+        for z in np.arange(0, LIFT, LIFT_SPEED * dt * chunk):
+            data.ctrl[self._carrier_u[2]] = height + z
+            mujoco.mj_step(model, data, chunk)
+        if self._held() != grip:
+            return Attempt(False, "slipped")
+        # A full sine of acceleration along each axis, amplitude SHAKE, 4 Hz.
+        omega = 2 * np.pi * 4.0
+        rest = data.ctrl[self._carrier_u[:3]].copy()
+        for axis in range(3):
+            for t in np.arange(0, 0.25, dt * chunk):
+                data.ctrl[self._carrier_u[axis]] = rest[axis] + SHAKE / omega**2 * np.sin(omega * t)
+                mujoco.mj_step(model, data, chunk)
+        data.ctrl[self._carrier_u[:3]] = rest
+        mujoco.mj_step(model, data, int(0.1 / dt))
+        if data.warning.number.any():
+            return Attempt(False, "unstable")
+        slide = float(np.linalg.norm(self._relative(grip) - start))
+        return Attempt(self._held() == grip, "held" if self._held() == grip else "slipped", slide)
+
+    def _penetrates(self, depth: float = 5e-4) -> bool:
+        contact = self.data.contact
+        if not len(contact.dist):
+            return False
+        pairs = np.asarray(contact.geom)
+        ours = self._gripper[pairs].sum(1) == 1
+        return bool((np.asarray(contact.dist)[ours] < -depth).any())
+
+    def _held(self) -> int | None:
+        """Number of the object that both fingers touch, if any."""
+        pairs = np.asarray(self.data.contact.geom)
+        if not len(pairs):
+            return None
+        sides = []
+        for finger in (self._left, self._right):
+            hit = finger[pairs].any(1)
+            sides.append({int(b) for b in self._body[pairs[hit]].max(1) if b >= 0})
+        both = sides[0] & sides[1]
+        return min(both) if both else None
+
+    def _relative(self, which: int) -> Floats:
+        q = self.object_q[which]
+        return self.data.qpos[q:q + 3] - self.data.site_xpos[self._tcp]

@@ -1,0 +1,184 @@
+"""A compiled scene in motion: placing the object, moving the arm, and reading contacts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from grasp_bench.grasps import GraspPose
+from grasp_bench.motion.trajectory import Trajectory
+from grasp_bench.scenario import Scenario
+from grasp_bench.scene.builder import ARM_PREFIX, GRIPPER_PREFIX, OBJECT, TABLE
+from grasp_bench.scene.ec66 import FINGER_STROKE, HOME, JOINT_NAMES
+
+Floats = NDArray[np.float64]
+
+
+class UnstableError(RuntimeError):
+    """The simulation diverged, or the object never came to rest."""
+
+
+@dataclass(frozen=True)
+class Touch:
+    """What the object touches.
+
+    Attributes:
+        left, right: summed normal force of each finger [N]; 0 where there is no contact.
+        elsewhere: names of other bodies in contact with it.
+    """
+
+    left: float
+    right: float
+    elsewhere: tuple[str, ...]
+
+    @property
+    def held(self) -> bool:
+        """Both fingers touch the object."""
+        return self.left > 0 and self.right > 0
+
+
+class World:
+    """State of one trial.
+
+    Args:
+        model: compiled by :func:`grasp_bench.scene.builder.compile_scene`, robot included.
+        scenario: its settings.
+    """
+
+    def __init__(self, model: mujoco.MjModel, scenario: Scenario) -> None:
+        self.model, self.scenario = model, scenario
+        self.data = mujoco.MjData(model)
+        joints = [model.joint(ARM_PREFIX + n) for n in JOINT_NAMES]
+        self._arm_q = np.array([j.qposadr[0] for j in joints])
+        self._arm_ctrl = np.array([model.actuator(ARM_PREFIX + n).id for n in JOINT_NAMES])
+        self._jaw_ctrl = model.actuator(GRIPPER_PREFIX + "gripper").id
+        fingers = [model.joint(f"{GRIPPER_PREFIX}{s}_finger_joint") for s in ("left", "right")]
+        self._finger_q = np.array([j.qposadr[0] for j in fingers])
+        # A position servo lags by kv/kp times the speed; adding that to the command cancels it.
+        gain = model.actuator_gainprm[self._arm_ctrl, 0]
+        self._lead = -model.actuator_biasprm[self._arm_ctrl, 2] / gain
+        self._tcp = model.site(GRIPPER_PREFIX + "tcp").id
+        self._object_q = model.joint(OBJECT).qposadr[0]
+        self._object_v = model.joint(OBJECT).dofadr[0]
+        self._object = model.body(OBJECT).id
+        names = [model.body(i).name for i in model.geom_bodyid]
+        self._is_object = model.geom_bodyid == self._object
+        self._is_left = np.array([n == GRIPPER_PREFIX + "left_finger" for n in names])
+        self._is_right = np.array([n == GRIPPER_PREFIX + "right_finger" for n in names])
+        self._is_robot = np.array([n.startswith(ARM_PREFIX) for n in names])
+        self._is_table = np.array([model.geom(i).name == TABLE for i in range(model.ngeom)])
+        self.steps = 0
+        self.go_home()
+
+    # ------------------------------------------------------------ setting up
+
+    def go_home(self, opening: float = 2 * FINGER_STROKE) -> None:
+        """Put the resting arm at its home posture, jaws ``opening`` apart [m]."""
+        self.data.qpos[self._arm_q] = self.data.ctrl[self._arm_ctrl] = HOME
+        self.data.qpos[self._finger_q] = self.data.ctrl[self._jaw_ctrl] = opening / 2
+
+    def place_object(self, position: Floats, quaternion: Floats) -> None:
+        """Put the resting object at a world pose."""
+        q, v = self._object_q, self._object_v
+        self.data.qpos[q:q + 3], self.data.qpos[q + 3:q + 7] = position, quaternion
+        self.data.qvel[v:v + 6] = 0
+
+    def settle(self) -> None:
+        """Step until the object has been still for ``settling.still_time``.
+
+        Raises:
+            UnstableError: when it is not at rest before ``settling.timeout``.
+        """
+        settling = self.scenario.settling
+        chunk = 10
+        period = chunk * self.model.opt.timestep
+        still = 0.0
+        for _ in range(int(settling.timeout / period)):
+            self.step(chunk)
+            v = self.data.qvel[self._object_v:self._object_v + 6]
+            quiet = (np.linalg.norm(v[:3]) < settling.linear_speed
+                     and np.linalg.norm(v[3:]) < settling.angular_speed)
+            still = still + period if quiet else 0.0
+            if still >= settling.still_time:
+                return
+        raise UnstableError(f"the object was not at rest {settling.timeout:g} s after it was put down")
+
+    # ------------------------------------------------------------ moving
+
+    def step(self, count: int) -> None:
+        """Advance by ``count`` physics steps.
+
+        Raises:
+            UnstableError: on any MuJoCo warning (divergence, contact or constraint overflow).
+        """
+        mujoco.mj_step(self.model, self.data, count)
+        self.steps += count
+        if self.data.warning.number.any():
+            which = int(np.argmax(self.data.warning.number > 0))
+            raise UnstableError(f"MuJoCo warning {mujoco.mjtWarning(which).name[6:].lower()}")
+
+    def command(self, q: Floats, velocity: Floats, jaw: float) -> None:
+        """Set the servos: joint angles (6,) [rad] moving at ``velocity``, finger position [m]."""
+        self.data.ctrl[self._arm_ctrl] = q + self._lead * velocity
+        self.data.ctrl[self._jaw_ctrl] = jaw
+
+    def follow(self, motion: Trajectory, jaw: float | Floats) -> None:
+        """Run a whole trajectory; ``jaw`` is the finger command [m], fixed or one a sample."""
+        jaws = np.broadcast_to(np.asarray(jaw, dtype=float), len(motion.positions))
+        for q, velocity, finger in zip(motion.positions, motion.velocities, jaws, strict=True):
+            self.command(q, velocity, float(finger))
+            self.step(self.scenario.physics.control_steps)
+
+    # ------------------------------------------------------------ reading
+
+    @property
+    def object_pose(self) -> tuple[Floats, Floats]:
+        """Position (3,) [m] and rotation (3, 3) of the object."""
+        return self.data.xpos[self._object].copy(), self.data.xmat[self._object].reshape(3, 3).copy()
+
+    @property
+    def tcp(self) -> GraspPose:
+        """Where the TCP is now."""
+        opening = float(self.data.qpos[self._finger_q].sum())
+        return GraspPose(self.data.site_xpos[self._tcp].copy(),
+                         self.data.site_xmat[self._tcp].reshape(3, 3).copy(), opening)
+
+    def touch(self) -> Touch:
+        """What the object touches now, and how hard."""
+        contact = self.data.contact
+        pairs = np.asarray(contact.geom)
+        force = np.zeros(6)
+        left = right = 0.0
+        elsewhere: set[str] = set()
+        for i in np.nonzero(self._is_object[pairs].any(axis=1))[0] if len(pairs) else ():
+            first, second = pairs[i]
+            other = second if self._is_object[first] else first
+            mujoco.mj_contactForce(self.model, self.data, int(i), force)
+            if force[0] <= 0:
+                continue
+            if self._is_left[other]:
+                left += force[0]
+            elif self._is_right[other]:
+                right += force[0]
+            else:
+                elsewhere.add(self.model.geom(int(other)).name.removeprefix(ARM_PREFIX))
+        return Touch(left, right, tuple(sorted(elsewhere)))
+
+    def collision_force(self) -> tuple[float, str]:
+        """Greatest normal force [N] of the robot against object or table, and what it meets."""
+        pairs = np.asarray(self.data.contact.geom)
+        force = np.zeros(6)
+        worst, name = 0.0, ""
+        if len(pairs) == 0:
+            return worst, name
+        robot = self._is_robot[pairs]
+        other = (self._is_object | self._is_table)[pairs]
+        for i in np.nonzero(robot.any(axis=1) & other.any(axis=1))[0]:
+            mujoco.mj_contactForce(self.model, self.data, int(i), force)
+            if force[0] > worst:
+                worst = float(force[0])
+                name = "object" if self._is_object[pairs[i]].any() else "table"
+        return worst, name

@@ -1,0 +1,26 @@
+"""One random stream per trial and purpose, so that nothing depends on order or company.
+
+The stream of (seed, object, trial, purpose) is the same whatever other objects, trials or
+workers a run has: adding an object or a worker changes no other trial.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from zlib import crc32
+
+import numpy as np
+
+
+class Purpose(IntEnum):
+    """What a stream of random numbers is for."""
+
+    POSE = 1
+    SENSOR = 2
+    PREDICTOR = 3
+    APPEARANCE = 4
+
+
+def stream(run_seed: int, name: str, trial: int, purpose: Purpose) -> np.random.Generator:
+    """Generator for one purpose of the ``trial``-th attempt on object ``name``."""
+    return np.random.default_rng(np.random.SeedSequence([run_seed, crc32(name.encode()), trial, purpose]))

@@ -1,0 +1,1 @@
+"""Training of grasp networks on folders of synthetic scenes."""

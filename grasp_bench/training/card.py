@@ -1,0 +1,72 @@
+"""Where weights come from: as metadata inside them, and as a page to read beside them."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+from grasp_bench.networks import info, parameter_count
+from grasp_bench.training.config import TrainConfig
+from grasp_bench.training.dataset import SceneSet
+from grasp_bench.training.loop import Trained
+
+
+def provenance(trained: Trained, config: TrainConfig, scenes: SceneSet, data: list[Path]) -> dict[str, Any]:
+    """JSON-able facts on a run."""
+    accuracy = trained.accuracy
+    return {
+        "network": config.network,
+        "reference": info(config.network).reference,
+        "parameters": parameter_count(trained.network),
+        "input": f"{info(config.network).kind} {info(config.network).crop}",
+        "steps": config.steps,
+        "seed": config.seed,
+        "config": config.model_dump(),
+        "data": {"folders": [path.name for path in data], "fingerprint": scenes.fingerprint,
+                 "train": len(scenes.train), "val": len(scenes.val)},
+        "accuracy": {"top1": [accuracy.hits, accuracy.scenes], "rectangle": [accuracy.correct, accuracy.labelled]},
+    }
+
+
+def model_card(facts: dict[str, Any]) -> str:
+    """Markdown page on weights, made of their metadata."""
+    config, data = facts["config"], facts["data"]
+    settings = ", ".join(f"{k} {config[k]}" for k in (
+        "batch", "lr", "warmup", "cosine", "masked", "geometry_weight", "positive_weight", "ema", "augment"))
+    return f"""# {facts['network']}
+
+Weights for `grasp-bench`, network `{facts['network']}` with {facts['parameters']:,} parameters, input
+{facts['input']} px. Architecture after: {facts['reference']}.
+
+## Training
+Trained from scratch on synthetic scenes only: {data['train']} scenes of {', '.join(data['folders'])}
+(fingerprint `{data['fingerprint']}`), {facts['steps']} steps, seed {facts['seed']}; {settings}.
+
+## Accuracy on {data['val']} held-out synthetic scenes
+| measure | right | of | 95 % interval |
+|---|---|---|---|
+| best grasp agrees with the label maps (quality ≥ 0.5, 20°, width) | {_row(facts['accuracy']['top1'])} |
+| rectangle metric (30°, IoU > 0.25) | {_row(facts['accuracy']['rectangle'])} |
+
+## Limits
+Never saw a real image. Expects a camera looking down at a table, depth in metres, and a scene like
+those it was trained on; figures above say nothing about other cameras. These are not the paper's
+weights, which were never published.
+"""
+
+
+def _row(count: list[int]) -> str:
+    right, total = count
+    if not total:
+        return f"{right} | {total} | –"
+    low, high = _wilson(right, total)
+    return f"{right} | {total} | {low:.1%} – {high:.1%}"
+
+
+def _wilson(right: int, total: int, z: float = 1.96) -> tuple[float, float]:
+    """95 % score interval of a proportion."""
+    p, shrink = right / total, 1 + z * z / total
+    middle = (p + z * z / (2 * total)) / shrink
+    half = z * math.sqrt(p * (1 - p) / total + z * z / (4 * total * total)) / shrink
+    return max(middle - half, 0.0), min(middle + half, 1.0)

@@ -1,0 +1,108 @@
+"""``grasp-bench train``: trains a network, resumes, and exports weights with a model card."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from grasp_bench.training.config import TrainConfig
+    from grasp_bench.training.dataset import SceneSet
+    from grasp_bench.training.loop import Trained
+
+
+def train_command(
+    predictor: Annotated[str, typer.Argument(
+        help="Network to train: htc-grasp, gr-convnet, gg-cnn, tf-grasp …; a wrong name lists all.")],
+    data: Annotated[list[Path], typer.Option(
+        "--data", "-d", help="Folder of generated scenes (with index.jsonl); may be given several times.")],
+    out: Annotated[Path, typer.Option(
+        "--out", "-o", help="Folder of the run. The same command continues an interrupted run there.")],
+    steps: Annotated[int, typer.Option(help="Optimiser steps in all.", min=1)] = 5000,
+    batch: Annotated[int, typer.Option(help="Scenes a step.", min=1)] = 16,
+    lr: Annotated[float, typer.Option(help="Highest learning rate (warm-up, then cosine to 0).")] = 1e-3,
+    seed: Annotated[int, typer.Option(help="Seed of weights, order and augmentation.", min=0)] = 0,
+    warmup: Annotated[int, typer.Option(help="Steps of linear warm-up.", min=0)] = 50,
+    constant: Annotated[bool, typer.Option(
+        "--constant-lr", help="Keep the learning rate after the warm-up, as the paper does.")] = False,
+    masked: Annotated[bool, typer.Option(
+        "--masked/--unmasked", help="Angle and width errors only where there is a grasp; "
+                                    "unmasked is the paper's equation 7.")] = True,
+    geometry_weight: Annotated[float, typer.Option(help="Weight of the masked angle and width errors.")] = 0.1,
+    positive_weight: Annotated[float, typer.Option(
+        help="Extra weight of quality errors where there is a grasp.", min=0)] = 0.0,
+    ema: Annotated[float, typer.Option(help="Decay of averaged weights, e.g. 0.999; 0 = off.", min=0)] = 0.0,
+    augment: Annotated[bool, typer.Option(help="Random rotation, mirror, scale, shift and colour.")] = True,
+    precision: Annotated[str, typer.Option(
+        help="fp32, bf16, or auto: bf16 where the processor or GPU multiplies in it.")] = "auto",
+    workers: Annotated[int, typer.Option(help="Threads that prepare batches.", min=1)] = 1,
+    threads: Annotated[int, typer.Option(
+        help="Threads of the network; 0 = all cores. Use 1 where others share the machine.", min=0)] = 0,
+    checkpoint_every: Annotated[int, typer.Option(help="Steps between checkpoints.", min=1)] = 500,
+    validate_every: Annotated[int, typer.Option(help="Steps between validations.", min=1)] = 500,
+    export: Annotated[bool, typer.Option(
+        "--export", help="Install the weights and a model card into assets/weights when done.")] = False,
+) -> None:
+    """Train a grasp network on generated scenes.
+
+    Figures go to OUT/log.jsonl, the state to OUT/checkpoint.safetensors; killed at any time,
+    the run ends with the same weights as if it had not been, once the command is repeated.
+    """
+    from rich.console import Console
+
+    from grasp_bench.networks import info
+    from grasp_bench.training.config import TrainConfig
+    from grasp_bench.training.dataset import load_scenes
+
+    console = Console()
+    if precision not in ("auto", "fp32", "bf16"):
+        raise typer.BadParameter(f"must be auto, fp32 or bf16, not {precision!r}", param_hint="--precision")
+    crop = info(predictor).crop
+    config = TrainConfig(
+        network=predictor, steps=steps, batch=batch, lr=lr, seed=seed, warmup=warmup, cosine=not constant,
+        masked=masked, geometry_weight=geometry_weight, positive_weight=positive_weight, ema=ema, augment=augment,
+        precision=precision, workers=workers, threads=threads, checkpoint_every=checkpoint_every,
+        validate_every=validate_every)
+    with console.status("Reading scenes …"):
+        scenes = load_scenes(data, crop)
+    console.print(f"{len(scenes.train)} scenes to train on, {len(scenes.val)} to validate on")
+    trained = _train_with_progress(config, scenes, out, console)
+    weights = _store(trained, config, scenes, data, out, export)
+    console.print(f"{trained.accuracy}\n[bold]{weights}[/bold]")
+
+
+def _train_with_progress(config: TrainConfig, scenes: SceneSet, out: Path, console) -> Trained:
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from grasp_bench.training.loop import train
+
+    columns = (TextColumn("{task.fields[name]}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(),
+               TextColumn("{task.fields[state]}"))
+    with Progress(*columns, console=console) as progress:
+        task = progress.add_task("", total=config.steps, name=config.network, state="")
+
+        def report(done, figures, accuracy) -> None:
+            progress.update(task, completed=done, state=f"loss {figures['loss']:.4f}  "
+                                                        f"{figures['samples_per_second']:.1f}/s")
+            if accuracy is not None:
+                progress.console.print(f"step {done}: {accuracy}")
+
+        return train(config, scenes, out, report)
+
+
+def _store(trained: Trained, config: TrainConfig, scenes: SceneSet, data: list[Path], out: Path,
+           export: bool) -> Path:
+    """Weights and card into ``out``; with ``export`` into the assets too, listed in the manifest."""
+    from grasp_bench.networks.weights import add_to_manifest, save, weights_path
+    from grasp_bench.training.card import model_card, provenance
+
+    facts = provenance(trained, config, scenes, data)
+    places = [out / f"{config.network}.safetensors", *([weights_path(config.network)] if export else [])]
+    for path in places:
+        save(trained.network, path, facts)
+        path.with_suffix(".md").write_text(model_card(facts), encoding="utf-8")
+    if export:
+        add_to_manifest(places[-1])
+    return places[-1]

@@ -1,0 +1,144 @@
+"""Folders of synthetic scenes, held in memory.
+
+A folder has ``index.jsonl``, one scene a line: {"scene": "000123",
+"file": "scenes/000123.npz", "split": "train" | "val", …}. Each npz holds, for S×S pixels:
+
+    rgb         uint8   (S, S, 3)
+    depth       uint16  (S, S)    0.1 mm, 0 = invalid: what the noisy sensor saw
+    quality     uint8   (S, S)    0..255 = chance of success of the best grasp centred here
+    angle       float16 (S, S)    of that grasp [rad], convention of ``grasp_bench.grasps``
+    width       float16 (S, S)    of that grasp [px]
+    grasps      float32 (N, 5)    good ones: x, y [px], angle [rad], width [px], quality
+
+and may hold more, such as ``depth_true``, which is not read.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import zipfile
+import zlib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grasp_bench.errors import AssetError
+from grasp_bench.grasps import Grasp, wrap_angle
+
+DEPTH_UNIT = 1e-4
+"""Metres per step of the stored depth."""
+
+_ARRAYS = {"rgb": np.uint8, "depth": np.uint16, "quality": np.uint8, "angle": np.float16,
+           "width": np.float16, "grasps": np.float32}
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One scene as stored; the arrays are those listed at the top of this module."""
+
+    name: str
+    rgb: NDArray[np.uint8]
+    depth: NDArray[np.uint16]
+    quality: NDArray[np.uint8]
+    angle: NDArray[np.float16]
+    width: NDArray[np.float16]
+    grasps: NDArray[np.float32]
+
+    @property
+    def size(self) -> int:
+        """Side S in pixels."""
+        return self.depth.shape[0]
+
+    def truths(self) -> list[Grasp]:
+        """The good grasps, in pixels of the scene."""
+        return [Grasp(float(x), float(y), wrap_angle(float(a)), float(w), float(q))
+                for x, y, a, w, q in self.grasps]
+
+
+@dataclass(frozen=True)
+class SceneSet:
+    """Scenes to train on and to validate on.
+
+    Attributes:
+        train, val: scenes in order of the index.
+        fingerprint: changes whenever a scene is added, dropped or moved to another split.
+    """
+
+    train: Sequence[Scene]
+    val: Sequence[Scene]
+    fingerprint: str
+
+
+def load_scenes(folders: Iterable[Path], crop: int = 224) -> SceneSet:
+    """Reads all scenes of some folders into memory (0.9 MB a scene of 320 px).
+
+    Raises:
+        AssetError: naming the file, when one is missing, truncated or not as described above.
+    """
+    split: dict[str, list[Scene]] = {"train": [], "val": []}
+    digest = hashlib.sha256()
+    for folder in map(Path, folders):
+        for entry in _read_index(folder / "index.jsonl"):
+            split[entry["split"]].append(load_scene(folder / entry["file"], crop))
+            digest.update(f"{entry['file']} {entry['split']}\n".encode())
+    if not split["train"]:
+        raise AssetError("The data folders given hold no scene of split 'train'; generate some first.")
+    return SceneSet(split["train"], split["val"], digest.hexdigest()[:16])
+
+
+def load_scene(path: Path, crop: int = 0) -> Scene:
+    """One npz; AssetError when it is not what it should be or smaller than ``crop``."""
+    if not path.is_file():
+        raise AssetError(f"Scene {path} is missing though its index lists it; generate the data again.")
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in _ARRAYS}
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError) as error:
+        raise AssetError(f"Scene {path} is truncated or lacks an array ({error}); "
+                         f"delete it and generate it again.") from error
+    _check(path, arrays, crop)
+    return Scene(path.stem, **arrays)
+
+
+def _check(path: Path, arrays: dict[str, NDArray], crop: int) -> None:
+    size = arrays["depth"].shape[0] if arrays["depth"].ndim else 0
+    shapes = {"rgb": (size, size, 3), "grasps": (len(arrays["grasps"]) if arrays["grasps"].ndim else 0, 5)}
+    for name, dtype in _ARRAYS.items():
+        array, shape = arrays[name], shapes.get(name, (size, size))
+        if array.dtype != dtype or array.shape != shape:
+            raise AssetError(f"Scene {path}: {name} must be {np.dtype(dtype)} {shape}, is {array.dtype} "
+                             f"{array.shape}; generate it again.")
+        if array.dtype.kind == "f" and not np.isfinite(array).all():
+            raise AssetError(f"Scene {path}: {name} has values that are not finite; generate it again.")
+    if size < max(crop, 1):
+        raise AssetError(f"Scene {path} has {size} px a side, but the network needs {crop}; render it larger.")
+
+
+def _read_index(path: Path) -> list[dict[str, str]]:
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise AssetError(f"Index {path} cannot be read ({error}); give a folder of generated scenes.") from error
+    entries = []
+    for number, line in enumerate(lines, 1):
+        if not line.strip():
+            continue
+        try:
+            entry = json.loads(line)
+            file, split = entry["file"], entry["split"]
+        except (ValueError, TypeError, KeyError) as error:
+            raise AssetError(f"{path}, line {number}: not a JSON object with 'file' and 'split' ({error!r}); "
+                             f"delete the line or generate the data again.") from error
+        if split not in ("train", "val") or not isinstance(file, str) or _leaves(file):
+            raise AssetError(f"{path}, line {number}: 'split' must be train or val and 'file' a path inside the "
+                             f"folder, got {split!r} and {file!r}.")
+        entries.append(entry)
+    return entries
+
+
+def _leaves(file: str) -> bool:
+    return Path(file).is_absolute() or ".." in Path(file).parts

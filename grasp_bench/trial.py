@@ -1,0 +1,288 @@
+"""One trial, from an object on a table to exactly one outcome.
+
+This is the spine of grasp-bench; it reads top to bottom: settle → sense → predict → plan →
+execute → judge. Predictors never see the simulator, and the simulator never sees the network.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grasp_bench.camera import RgbdImage
+from grasp_bench.errors import PredictorError
+from grasp_bench.grasps import Grasp, GraspPose
+from grasp_bench.motion.planner import Blocked, Plan, Planner, SeenScene, Unreachable
+from grasp_bench.motion.trajectory import Trajectory
+from grasp_bench.objects.catalog import ObjectModel
+from grasp_bench.predictors.protocol import GroundTruth, Predictor, answer
+from grasp_bench.scenario import Scenario
+from grasp_bench.scene.builder import compile_scene
+from grasp_bench.scene.ec66 import FINGER_STROKE
+from grasp_bench.scene.rendering import render
+from grasp_bench.scene.sensor import sense
+from grasp_bench.scene.world import UnstableError, World
+from grasp_bench.seeding import Purpose, stream
+
+Floats = NDArray[np.float64]
+
+
+class Outcome(StrEnum):
+    """How a trial ended; every trial has exactly one."""
+
+    SUCCESS = "success"
+    NO_GRASP = "no_grasp"
+    IK_FAILED = "ik_failed"
+    APPROACH_COLLISION = "approach_collision"
+    MISSED = "missed"
+    SLIPPED = "slipped"
+    DROPPED = "dropped"
+    UNSTABLE = "unstable"
+    TIMEOUT = "timeout"
+    ERROR = "error"
+
+
+HARNESS_FAULTS = frozenset({Outcome.UNSTABLE, Outcome.TIMEOUT, Outcome.ERROR})
+"""Outcomes that are the harness's fault and not the predictor's; counted as failures."""
+
+
+@dataclass(frozen=True)
+class TrialRecord:
+    """A line of ``trials.jsonl``; field meanings in docs/results-format.md."""
+
+    trial: int
+    object: str
+    category: str
+    seed: int
+    outcome: Outcome
+    detail: str = ""
+    grasp: Grasp | None = None
+    pose: GraspPose | None = None
+    rank: int | None = None
+    tcp_error: tuple[float, float] | None = None
+    lift_height: float = 0.0
+    contact_force: float = 0.0
+    sim_steps: int = 0
+
+    @property
+    def success(self) -> bool:
+        """The object was lifted, carried and held."""
+        return self.outcome is Outcome.SUCCESS
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data with numbers rounded far below what is measurable."""
+        return {
+            "trial": self.trial, "object": self.object, "category": self.category, "seed": self.seed,
+            "outcome": str(self.outcome), "success": self.success, "detail": self.detail,
+            "grasp": None if self.grasp is None else {
+                "x": round(self.grasp.x, 3), "y": round(self.grasp.y, 3), "angle": round(self.grasp.angle, 6),
+                "width": round(self.grasp.width, 3), "quality": round(self.grasp.quality, 5)},
+            "pose": None if self.pose is None else {
+                "position": np.round(self.pose.position, 6).tolist(),
+                "rotation": np.round(self.pose.rotation, 6).tolist(), "opening": round(self.pose.opening, 6)},
+            "rank": self.rank,
+            "tcp_error": None if self.tcp_error is None else {
+                "position": round(self.tcp_error[0], 6), "angle": round(self.tcp_error[1], 6)},
+            "lift_height": round(self.lift_height, 5), "contact_force": round(self.contact_force, 3),
+            "sim_steps": self.sim_steps,
+        }
+
+
+@dataclass
+class Clock:
+    """Seconds spent in each phase."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def phase(self, name: str) -> Iterator[None]:
+        """Time a block."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
+
+
+@dataclass
+class Trial:
+    """Everything a trial made on its way, for records, pictures and replays."""
+
+    record: TrialRecord
+    clock: Clock
+    image: RgbdImage | None = None
+    grasps: list[Grasp] = field(default_factory=list)
+    plan: Plan | None = None
+    world: World | None = None
+
+
+def run_trial(scenario: Scenario, model: ObjectModel, predictor: Predictor, planner: Planner, *,
+              trial: int, attempt: int, seed: int, renderer: str = "raycast") -> Trial:
+    """Try to pick up ``model`` once.
+
+    Args:
+        scenario: the trial's definition.
+        model: the object.
+        predictor: proposes grasps.
+        planner: reused between trials; holds no state of them.
+        trial: number in the run.
+        attempt: how many times this object was tried before in the run.
+        seed: of the run.
+        renderer: see :mod:`grasp_bench.scene.rendering`.
+    """
+    clock = Clock()
+    result = Trial(TrialRecord(trial, model.name, model.category, seed, Outcome.ERROR), clock)
+
+    def finish(outcome: Outcome, detail: str = "", **measured: Any) -> Trial:
+        steps = result.world.steps if result.world else 0
+        result.record = TrialRecord(trial, model.name, model.category, seed, outcome, detail,
+                                    sim_steps=steps, **measured)
+        return result
+
+    measured: dict[str, Any] = {}
+    try:
+        with clock.phase("build"):
+            world = result.world = World(compile_scene(scenario, model), scenario)
+        with clock.phase("settle"):
+            put_down(world, model, scenario, stream(seed, model.name, attempt, Purpose.POSE))
+        with clock.phase("render"):
+            camera = scenario.camera
+            picture = render(world.model, world.data, camera.intrinsics, camera.pose, renderer)
+            image = result.image = sense(picture.rgb, picture.depth, camera.intrinsics, scenario.sensor,
+                                         stream(seed, model.name, attempt, Purpose.SENSOR))
+        with clock.phase("predict"):
+            truth = GroundTruth(model, *world.object_pose, camera.pose, camera.intrinsics)
+            result.grasps = answer(predictor, image, truth,
+                                   stream(seed, model.name, attempt, Purpose.PREDICTOR))
+        if not result.grasps:
+            return finish(Outcome.NO_GRASP, "the predictor proposed no grasp")
+        with clock.phase("plan"):
+            rank, plan, outcome, why = first_feasible(planner, SeenScene(image, camera.pose), result.grasps)
+        measured = {"grasp": result.grasps[rank], "rank": rank}
+        if plan is None:
+            return finish(outcome, why, **measured)
+        result.plan = plan
+        measured["pose"] = plan.pose
+        with clock.phase("execute"):
+            outcome, why = execute(world, plan, measured)
+        return finish(outcome, why, **measured)
+    except UnstableError as error:
+        return finish(Outcome.UNSTABLE, str(error), **measured)
+    except PredictorError as error:
+        return finish(Outcome.ERROR, str(error), **measured)
+
+
+def put_down(world: World, model: ObjectModel, scenario: Scenario, rng: np.random.Generator) -> None:
+    """Put the object down in a random graspable resting pose and let it come to rest.
+
+    Poses are drawn by their probability among those in which some grasp fits the gripper,
+    with uniform yaw and a uniform place in the workspace.
+    """
+    poses = model.graspable_poses
+    weights = np.array([p.probability for p in poses])
+    pose = poses[rng.choice(len(poses), p=weights / weights.sum())]
+    yaw = rng.uniform(-math.pi, math.pi)
+    x, y = rng.uniform(-1, 1, 2) * scenario.table.workspace + scenario.table.center
+    turn = np.array([math.cos(yaw / 2), 0, 0, math.sin(yaw / 2)])
+    world.place_object(np.array([x, y, pose.height + scenario.settling.clearance]),
+                       multiply_quaternions(turn, pose.quaternion))
+    world.settle()
+
+
+def multiply_quaternions(a: Floats, b: Floats) -> Floats:
+    """Hamilton product of quaternions w, x, y, z."""
+    import mujoco
+
+    product = np.zeros(4)
+    mujoco.mju_mulQuat(product, np.asarray(a, float), np.asarray(b, float))
+    return product
+
+
+def first_feasible(planner: Planner, scene: SeenScene, grasps: list[Grasp],
+                   ) -> tuple[int, Plan | None, Outcome, str]:
+    """Rank and plan of the best grasp that can be carried out.
+
+    Where none can, the plan is None and the outcome tells why the best one cannot.
+    """
+    first: tuple[Outcome, str] | None = None
+    for rank, grasp in enumerate(grasps):
+        try:
+            return rank, planner.plan(scene, grasp), Outcome.SUCCESS, ""
+        except Unreachable as error:
+            first = first or (Outcome.IK_FAILED, str(error))
+        except Blocked as error:
+            first = first or (Outcome.APPROACH_COLLISION, str(error))
+    assert first is not None
+    return 0, None, *first
+
+
+def execute(world: World, plan: Plan, measured: dict[str, Any]) -> tuple[Outcome, str]:
+    """Approach, close, lift, carry and hold in physics; fills ``measured`` and judges."""
+    scenario = world.scenario
+    gripper, motion = scenario.gripper, scenario.motion
+    period = scenario.physics.timestep * scenario.physics.control_steps
+    open_at = plan.pose.opening / 2
+    start = float(world.object_pose[0][2])
+
+    preshape = np.maximum(open_at, FINGER_STROKE - gripper.closing_speed * period
+                          * np.arange(1, len(plan.reach.positions) + 1))
+    world.follow(plan.reach, preshape)
+    for chunk in chunks(plan.approach, 5):
+        world.follow(chunk, open_at)
+        force, what = world.collision_force()
+        if force > motion.collision_force:
+            return Outcome.APPROACH_COLLISION, f"the gripper met the {what} with {force:.0f} N on its way down"
+    q = plan.approach.end
+    world.follow(still(q, 0.05, period), open_at)
+    measured["tcp_error"] = tcp_error(world.tcp, plan.pose)
+
+    closing = np.arange(open_at, -gripper.squeeze, -gripper.closing_speed * period)
+    world.follow(still(q, len(closing) * period, period, len(closing)), closing)
+    squeeze = -gripper.squeeze
+    world.follow(still(q, gripper.settle_time, period), squeeze)
+    if not world.touch().held:
+        return Outcome.MISSED, "the fingers closed without holding the object"
+
+    world.follow(plan.lift, squeeze)
+    measured["lift_height"] = float(world.object_pose[0][2]) - start
+    touch = world.touch()
+    if not touch.held or measured["lift_height"] < scenario.success.minimum_lift:
+        return Outcome.SLIPPED, f"lost while lifting, {1000 * measured['lift_height']:.0f} mm above its place"
+
+    world.follow(plan.carry, squeeze)
+    world.follow(still(plan.carry.end, motion.hold_time, period), squeeze)
+    touch = world.touch()
+    measured["contact_force"] = (touch.left + touch.right) / 2
+    height = float(world.object_pose[0][2]) - start
+    if not touch.held or height < scenario.success.minimum_lift:
+        return Outcome.DROPPED, f"lost while carried or held, {1000 * height:.0f} mm above its place"
+    if touch.elsewhere:
+        return Outcome.DROPPED, f"still touching {', '.join(touch.elsewhere)} at the end"
+    return Outcome.SUCCESS, ""
+
+
+def chunks(motion: Trajectory, size: int) -> Iterator[Trajectory]:
+    """A trajectory in pieces of ``size`` samples."""
+    for i in range(0, len(motion.positions), size):
+        yield Trajectory(motion.positions[i:i + size], motion.velocities[i:i + size])
+
+
+def still(q: Floats, seconds: float, period: float, count: int | None = None) -> Trajectory:
+    """Standing still at ``q``."""
+    samples = max(1, round(seconds / period)) if count is None else count
+    return Trajectory(np.repeat(q[None], samples, axis=0), np.zeros((samples, len(q))))
+
+
+def tcp_error(actual: GraspPose, wanted: GraspPose) -> tuple[float, float]:
+    """Distance [m] and angle [rad] between two TCP poses."""
+    cosine = (np.trace(actual.rotation.T @ wanted.rotation) - 1) / 2
+    return (float(np.linalg.norm(actual.position - wanted.position)),
+            float(math.acos(min(1.0, max(-1.0, float(cosine))))))

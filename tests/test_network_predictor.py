@@ -1,0 +1,176 @@
+"""Networks as predictors, and weights on disk."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from safetensors.torch import load_file, save_file
+
+from grasp_bench.camera import Intrinsics, RgbdImage
+from grasp_bench.errors import AssetError, UnknownNameError
+from grasp_bench.networks import build
+from grasp_bench.networks.weights import MANIFEST, add_to_manifest, load, read_metadata, save, sha256
+from grasp_bench.predictors.network import NetworkPredictor, centre_crop
+
+
+@pytest.fixture(scope="module")
+def weights(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Random weights of two networks, whose quality is nowhere near zero."""
+    folder, paths = tmp_path_factory.mktemp("weights"), {}
+    for name in ("htc-grasp", "gg-cnn"):
+        torch.manual_seed(0)
+        network = build(name)
+        with torch.no_grad():
+            network.head.bias.fill_(0.5)
+        paths[name] = folder / f"{name}.safetensors"
+        save(network, paths[name], {"network": name, "steps": 0, "note": "θ random"})
+    return paths
+
+
+def image(height: int = 480, width: int = 640, holes: float = 0.05) -> RgbdImage:
+    """A table with a box on it, as a noisy sensor sees it."""
+    rng = np.random.default_rng(3)
+    depth = np.full((height, width), 0.7, np.float32) + rng.normal(0, 1e-3, (height, width)).astype(np.float32)
+    rows, columns = np.s_[height // 2 - 20:height // 2 + 20], np.s_[width // 2 - 10:width // 2 + 10]
+    depth[rows, columns] = 0.64
+    depth[rng.random(depth.shape) < holes] = 0
+    rgb = rng.integers(90, 110, (height, width, 3), dtype=np.uint8)
+    rgb[rows, columns] = 200
+    return RgbdImage(rgb, depth, Intrinsics.from_fov(width, height, 1.1))
+
+
+# --- predictor ----------------------------------------------------------------------------
+
+@pytest.mark.parametrize("name", ["htc-grasp", "gg-cnn"])
+@pytest.mark.parametrize(("size", "holes"), [((480, 640), 0.05), ((480, 640), 0.6), ((480, 640), 1.0),
+                                             ((150, 700), 0.05), ((100, 90), 0.05), ((225, 224), 0.0)])
+def test_grasps_lie_in_the_whole_image(name: str, size: tuple[int, int], holes: float, weights) -> None:
+    predictor = NetworkPredictor(name, weights[name], peaks=4)
+    grasps = predictor.predict(image(*size, holes=holes))
+    assert 1 <= len(grasps) <= 4
+    left, top = predictor.crop_origin
+    assert (left, top) == ((size[1] - 224) // 2, (size[0] - 224) // 2)
+    for grasp in grasps:
+        assert max(left, 0) <= grasp.x <= min(left + 224, size[1])
+        assert max(top, 0) <= grasp.y <= min(top + 224, size[0])
+        assert grasp.width > 0 and 0 <= grasp.quality <= 1
+    assert [g.quality for g in grasps] == sorted((g.quality for g in grasps), reverse=True)
+
+
+def test_peaks_of_the_maps_come_back_in_image_pixels(weights) -> None:
+    predictor = NetworkPredictor("htc-grasp", weights["htc-grasp"])
+    picture = image()
+    best = predictor.predict(picture)[0]
+    quality = predictor.maps(picture).smoothed().quality
+    row, column = np.unravel_index(quality.argmax(), quality.shape)
+    assert (best.x, best.y) == (column + 0.5 + 208, row + 0.5 + 128)
+
+
+def test_predicting_repeats_exactly_and_leaves_threads_alone(weights) -> None:
+    predictor, picture, threads = NetworkPredictor("htc-grasp", weights["htc-grasp"]), image(), torch.get_num_threads()
+    assert predictor.predict(picture) == predictor.predict(picture)
+    assert torch.get_num_threads() == threads
+
+
+def test_crop_pads_small_images() -> None:
+    picture = image(100, 300)
+    rgb, depth, origin = centre_crop(picture, 224)
+    assert rgb.shape == (224, 224, 3) and depth.shape == (224, 224) and origin == (38, -62)
+    np.testing.assert_array_equal(depth[62:162], picture.depth[:, 38:262])
+    assert not depth[:62].any() and not depth[162:].any()
+    np.testing.assert_array_equal(rgb[0], picture.rgb[0, 38:262])
+
+
+def test_importing_the_predictor_does_not_import_torch() -> None:
+    code = "import sys, grasp_bench.predictors.network; sys.exit('torch' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_unknown_network() -> None:
+    with pytest.raises(UnknownNameError, match="Did you mean htc-grasp"):
+        NetworkPredictor("htc-gras")
+
+
+# --- weights ------------------------------------------------------------------------------
+
+def test_weights_come_back_rounded_to_half_precision(weights) -> None:
+    torch.manual_seed(0)
+    fresh = build("gg-cnn").state_dict()
+    network, metadata = load("gg-cnn", weights["gg-cnn"])
+    for key, value in network.state_dict().items():
+        assert value.dtype == torch.float32
+        if key != "head.bias":
+            assert torch.equal(value, fresh[key].half().float())
+    assert metadata == read_metadata(weights["gg-cnn"]) == {"network": "gg-cnn", "steps": 0, "note": "θ random"}
+    assert weights["gg-cnn"].stat().st_size < 2.2 * 62_420
+
+
+def test_missing_weights_name_file_and_remedy(tmp_path: Path) -> None:
+    with pytest.raises(AssetError, match=r"nowhere\.safetensors are missing.*grasp-bench train"):
+        load("htc-grasp", tmp_path / "nowhere.safetensors")
+
+
+@pytest.mark.parametrize("keep", [0, 5, 100, 60_000])
+def test_truncated_weights(keep: int, weights, tmp_path: Path) -> None:
+    path = tmp_path / "gg-cnn.safetensors"
+    path.write_bytes(weights["gg-cnn"].read_bytes()[:keep])
+    with pytest.raises(AssetError, match=r"gg-cnn\.safetensors is truncated"):
+        load("gg-cnn", path)
+
+
+def test_pickles_are_not_opened(tmp_path: Path) -> None:
+    path = tmp_path / "gg-cnn.safetensors"
+    torch.save(build("gg-cnn").state_dict(), path)
+    with pytest.raises(AssetError, match="not a safetensors file"):
+        load("gg-cnn", path)
+
+
+def test_weights_of_another_network(weights, tmp_path: Path) -> None:
+    with pytest.raises(AssetError, match="of network 'gg-cnn', not 'htc-grasp'"):
+        load("htc-grasp", weights["gg-cnn"])
+    path = tmp_path / "bare.safetensors"
+    save_file({"a": torch.zeros(3)}, path)
+    with pytest.raises(AssetError, match="does not fit network 'gg-cnn'"):
+        load("gg-cnn", path)
+
+
+@pytest.mark.parametrize(("spoil", "message"), [
+    (lambda t: {**t, "head.bias": torch.zeros(5).half()}, r"head\.bias has shape \(5,\), not \(4,\)"),
+    (lambda t: {k: v for k, v in t.items() if k != "head.bias"}, "1 tensors missing or unknown"),
+    (lambda t: {**t, "head.bias": torch.full((4,), float("nan"))}, "not finite")])
+def test_wrong_tensors(spoil, message: str, weights, tmp_path: Path) -> None:
+    path = tmp_path / "gg-cnn.safetensors"
+    save_file(spoil(load_file(weights["gg-cnn"])), path)
+    with pytest.raises(AssetError, match=message):
+        load("gg-cnn", path)
+
+
+def test_manifest_is_held_against_the_file(weights, tmp_path: Path) -> None:
+    path = tmp_path / "gg-cnn.safetensors"
+    path.write_bytes(weights["gg-cnn"].read_bytes())
+    add_to_manifest(path)
+    assert json.loads((tmp_path / MANIFEST).read_text()) == {path.name: sha256(path)}
+    load("gg-cnn", path)
+    data = bytearray(path.read_bytes())
+    data[-1] ^= 1
+    path.write_bytes(data)
+    with pytest.raises(AssetError, match="SHA-256"):
+        load("gg-cnn", path)
+    (tmp_path / MANIFEST).write_text("[")
+    with pytest.raises(AssetError, match=r"manifest\.json"):
+        load("gg-cnn", path)
+
+
+def test_diverged_weights_are_not_stored(tmp_path: Path) -> None:
+    network = build("gg-cnn")
+    with torch.no_grad():
+        network.head.bias[0] = 1e9
+    with pytest.raises(ValueError, match="diverged"):
+        save(network, tmp_path / "w.safetensors", {})
+    assert not list(tmp_path.iterdir())

@@ -54,7 +54,9 @@ def measure(repeats: int, names: list[str] | None = None) -> dict[str, dict[str,
     return figures
 
 
-def main(repeats: Annotated[int, typer.Option(help="Timed forward passes of each network.", min=1)] = 20) -> None:
+def main(
+    repeats: Annotated[int, typer.Option(help="Timed forward passes of each network.", min=1)] = 20,
+) -> None:
     """Print a table of latencies."""
     torch.set_num_threads(1)
     figures = measure(repeats)

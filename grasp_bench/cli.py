@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from grasp_bench.errors import GraspBenchError
+from grasp_bench.graphics import LIBRARIES, with_gl, without_gl
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-# The libraries MuJoCo's and dm_control's import would look for are only wanted by GL renderers.
 app = typer.Typer(
     name="grasp-bench", no_args_is_help=True, rich_markup_mode="rich", pretty_exceptions_enable=False,
     help="How often does a grasp predictor really lift the object, on an EC66 arm, seen by a depth camera?\n\n"
@@ -56,6 +56,9 @@ def run(
 
     Example: grasp-bench run --objects mug,pliers --trials 20 --predictor oracle
     """
+    if renderer in LIBRARIES:
+        with_gl(renderer)
+    without_gl()
     from grasp_bench.objects.catalog import Catalog
     from grasp_bench.runner import Settings, spread
     from grasp_bench.runner import run as run_trials

@@ -97,10 +97,10 @@ def _start_worker(settings: Settings) -> None:
         os.environ[name] = "1"  # one core a worker: threads of two workers would only meet
     import cv2
 
-    from grasp_bench.motion.planner import Planner
+    from grasp_bench.trial import Workcell
 
     cv2.setNumThreads(1)
-    _worker.update(settings=settings, catalog=Catalog(settings.objects), planner=Planner(settings.scenario),
+    _worker.update(settings=settings, catalog=Catalog(settings.objects), cell=Workcell(settings.scenario, settings.renderer),
                    predictor=load_predictor(settings.predictor))
 
 
@@ -112,8 +112,8 @@ def _do(job: Job) -> tuple[dict[str, Any], dict[str, Any]]:
     category = _worker["catalog"].entries[job.object]["category"]
     try:
         model = _worker["catalog"].load(job.object)
-        done = run_trial(settings.scenario, model, _worker["predictor"], _worker["planner"], trial=job.trial,
-                         attempt=job.attempt, seed=settings.seed, renderer=settings.renderer)
+        done = run_trial(_worker["cell"], model, _worker["predictor"], trial=job.trial, attempt=job.attempt,
+                         seed=settings.seed)
         record, seconds = done.record, done.clock.seconds
     except Exception as error:  # whatever goes wrong belongs to this trial alone
         detail = f"{type(error).__name__}: {error}"

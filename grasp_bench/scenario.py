@@ -104,11 +104,11 @@ class Motion(_Model):
     insertion: Positive = 0.028
     table_clearance: Positive = 0.002
     speed_fraction: Annotated[float, Field(gt=0, le=1)] = 0.5
-    approach_speed: Positive = 0.15
+    approach_speed: Positive = 0.25
     lift_height: Positive = 0.20
-    lift_speed: Positive = 0.15
+    lift_speed: Positive = 0.25
     carry_to: Vector = (0.40, 0.25, 0.0)
-    carry_speed: Positive = 0.35
+    carry_speed: Positive = 0.50
     hold_time: Positive = 1.0
     collision_force: Positive = 40.0
 

@@ -27,7 +27,7 @@ from grasp_bench.predictors.protocol import GroundTruth, Predictor, answer
 from grasp_bench.scenario import Scenario
 from grasp_bench.scene.builder import compile_scene
 from grasp_bench.scene.ec66 import FINGER_STROKE
-from grasp_bench.scene.rendering import render
+from grasp_bench.scene.rendering import SceneCamera
 from grasp_bench.scene.sensor import sense
 from grasp_bench.scene.world import UnstableError, World
 from grasp_bench.seeding import Purpose, stream
@@ -124,20 +124,33 @@ class Trial:
     world: World | None = None
 
 
-def run_trial(scenario: Scenario, model: ObjectModel, predictor: Predictor, planner: Planner, *,
-              trial: int, attempt: int, seed: int, renderer: str = "raycast") -> Trial:
+class Workcell:
+    """What trials of one scenario share; holds no state of any of them.
+
+    Args:
+        scenario: the trials' definition.
+        renderer: see :mod:`grasp_bench.scene.rendering`.
+    """
+
+    def __init__(self, scenario: Scenario, renderer: str = "auto") -> None:
+        self.scenario = scenario
+        self.planner = Planner(scenario)
+        self.camera = SceneCamera(scenario.camera.intrinsics, scenario.camera.pose, renderer)
+
+
+def run_trial(cell: Workcell, model: ObjectModel, predictor: Predictor, *, trial: int, attempt: int,
+              seed: int) -> Trial:
     """Try to pick up ``model`` once.
 
     Args:
-        scenario: the trial's definition.
+        cell: scenario, planner and camera.
         model: the object.
         predictor: proposes grasps.
-        planner: reused between trials; holds no state of them.
         trial: number in the run.
         attempt: how many times this object was tried before in the run.
         seed: of the run.
-        renderer: see :mod:`grasp_bench.scene.rendering`.
     """
+    scenario, planner, camera = cell.scenario, cell.planner, cell.camera
     clock = Clock()
     result = Trial(TrialRecord(trial, model.name, model.category, seed, Outcome.ERROR), clock)
 
@@ -154,9 +167,9 @@ def run_trial(scenario: Scenario, model: ObjectModel, predictor: Predictor, plan
         with clock.phase("settle"):
             put_down(world, model, scenario, stream(seed, model.name, attempt, Purpose.POSE))
         with clock.phase("render"):
-            camera = scenario.camera
-            picture = render(world.model, world.data, camera.intrinsics, camera.pose, renderer)
-            image = result.image = sense(picture.rgb, picture.depth, camera.intrinsics, scenario.sensor,
+            picture = camera.picture(world.model, world.data, world.object_body)
+        with clock.phase("sense"):
+            image = result.image = sense(picture, camera.intrinsics, scenario.sensor,
                                          stream(seed, model.name, attempt, Purpose.SENSOR))
         with clock.phase("predict"):
             truth = GroundTruth(model, *world.object_pose, camera.pose, camera.intrinsics)
@@ -165,7 +178,8 @@ def run_trial(scenario: Scenario, model: ObjectModel, predictor: Predictor, plan
         if not result.grasps:
             return finish(Outcome.NO_GRASP, "the predictor proposed no grasp")
         with clock.phase("plan"):
-            rank, plan, outcome, why = first_feasible(planner, SeenScene(image, camera.pose), result.grasps)
+            scene = SeenScene(image, camera.pose, camera.directions)
+            rank, plan, outcome, why = first_feasible(planner, scene, result.grasps)
         measured = {"grasp": result.grasps[rank], "rank": rank}
         if plan is None:
             return finish(outcome, why, **measured)

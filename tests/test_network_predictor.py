@@ -59,7 +59,8 @@ def test_grasps_lie_in_the_whole_image(name: str, size: tuple[int, int], holes: 
     for grasp in grasps:
         assert max(left, 0) <= grasp.x <= min(left + 224, size[1])
         assert max(top, 0) <= grasp.y <= min(top + 224, size[0])
-        assert grasp.width > 0 and 0 <= grasp.quality <= 1
+        assert grasp.width > 0
+        assert 0 <= grasp.quality <= 1
     assert [g.quality for g in grasps] == sorted((g.quality for g in grasps), reverse=True)
 
 
@@ -81,9 +82,12 @@ def test_predicting_repeats_exactly_and_leaves_threads_alone(weights) -> None:
 def test_crop_pads_small_images() -> None:
     picture = image(100, 300)
     rgb, depth, origin = centre_crop(picture, 224)
-    assert rgb.shape == (224, 224, 3) and depth.shape == (224, 224) and origin == (38, -62)
+    assert rgb.shape == (224, 224, 3)
+    assert depth.shape == (224, 224)
+    assert origin == (38, -62)
     np.testing.assert_array_equal(depth[62:162], picture.depth[:, 38:262])
-    assert not depth[:62].any() and not depth[162:].any()
+    assert not depth[:62].any()
+    assert not depth[162:].any()
     np.testing.assert_array_equal(rgb[0], picture.rgb[0, 38:262])
 
 

@@ -5,13 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import torch
-import torch.nn.functional as F
 from torch import nn
+from torch.nn import functional
 
 from grasp_bench.errors import UnknownNameError
 from grasp_bench.grasps import Grasp, GraspMaps
 from grasp_bench.networks import NETWORKS, build, info, parameter_count
-from grasp_bench.networks.encoding import encode_depth, fill_holes, maps_from_output, targets_from_maps, to_input
+from grasp_bench.networks.encoding import (
+    encode_depth,
+    fill_holes,
+    maps_from_output,
+    targets_from_maps,
+    to_input,
+)
 from grasp_bench.networks.htc_grasp import CHANNELS, ExternalAttention, Fuse, HTCGrasp, SelfAttention
 from grasp_bench.networks.tf_grasp import SwinBlock, _from_windows, _to_windows
 
@@ -104,9 +110,9 @@ def test_fusing_early_equals_concatenating_first() -> None:
     """The order of computation is ours, the function is the paper's."""
     fuse = Fuse(CHANNELS, 24).eval()
     maps = [torch.randn(1, c, 56 >> i, 56 >> i) for i, c in enumerate(CHANNELS)]
-    up = [F.interpolate(m, size=(56, 56), mode="bilinear", align_corners=False) for m in maps]
+    up = [functional.interpolate(m, size=(56, 56), mode="bilinear", align_corners=False) for m in maps]
     weight = torch.cat([m.weight for m in fuse.merge], dim=1)
-    expected = F.relu(fuse.norm(F.conv2d(torch.cat(up, dim=1), weight)))
+    expected = functional.relu(fuse.norm(functional.conv2d(torch.cat(up, dim=1), weight)))
     torch.testing.assert_close(fuse(maps), expected, rtol=1e-4, atol=1e-5)
 
 
@@ -117,7 +123,8 @@ def test_switches_change_the_structure() -> None:
     full, plain = HTCGrasp(), HTCGrasp(external_attention=False, channel_attention=False)
     assert (count(full, ExternalAttention), count(full, SelfAttention)) == (8, 0)
     assert (count(plain, ExternalAttention), count(plain, SelfAttention)) == (0, 8)
-    assert full.refine.excite is not None and plain.refine.excite is None
+    assert full.refine.excite is not None
+    assert plain.refine.excite is None
     counts = {name: parameter_count(build(name)) for name in NETWORKS if name.startswith("htc")}
     assert len(set(counts.values())) == 4
     assert counts["htc-grasp"] - counts["htc-grasp-no-ca"] == 256 * 16 + 16 + 16 * 256 + 256
@@ -149,7 +156,8 @@ def test_shifted_windows_do_not_join_opposite_borders() -> None:
     moved[0, 0, 0] += 1
     change = (block._attend(moved) - block._attend(x)).abs().amax(-1)[0]
     assert change[:4, :4].max() > 1e-4, "they share a window"
-    assert change[4:, :].max() < 1e-6 and change[:, 4:].max() < 1e-6
+    assert change[4:, :].max() < 1e-6
+    assert change[:, 4:].max() < 1e-6
 
 
 # --- encoding -----------------------------------------------------------------------------
@@ -168,7 +176,8 @@ def test_depth_becomes_height_over_the_table() -> None:
     depth[20:30, 20:30] = 0.65
     depth[0, :10], depth[1, :5], depth[25, 25] = 0.9, 0.1, 0.0
     height = encode_depth(depth)
-    assert height[40, 40] == 0 and height[22, 22] == pytest.approx(0.5, abs=1e-5)
+    assert height[40, 40] == 0
+    assert height[22, 22] == pytest.approx(0.5, abs=1e-5)
     assert height[25, 25] == height[22, 22], "the hole on the object is filled from it"
     assert (height.min(), height.max()) == (-1, 3)
     assert np.isfinite(encode_depth(np.zeros_like(depth))).all()
@@ -179,7 +188,8 @@ def test_input_channels(kind: str, channels: int) -> None:
     rng = np.random.default_rng(0)
     rgb, depth = rng.integers(0, 255, (30, 40, 3), dtype=np.uint8), rng.uniform(0.5, 0.8, (30, 40)).astype(np.float32)
     x = to_input(rgb, depth, kind)
-    assert x.shape == (channels, 30, 40) and x.dtype == np.float32
+    assert x.shape == (channels, 30, 40)
+    assert x.dtype == np.float32
     if kind == "rgbd":
         np.testing.assert_array_equal(x[0], encode_depth(depth))
         np.testing.assert_allclose(x[1] - x[2], (rgb[..., 0] - rgb[..., 1].astype(float)) / 255, atol=1e-6)

@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 from grasp_bench.errors import AssetError, GraspBenchError
 from grasp_bench.grasps import Grasp, GraspMaps, angle_difference
 from grasp_bench.networks.encoding import WIDTH_SCALE, targets_from_maps
+from grasp_bench.networks.weights import load
 from grasp_bench.training.augment import View, crop_scene, jitter_colour, jitter_depth, random_view
 from grasp_bench.training.batches import make_batch, scenes_of_step
 from grasp_bench.training.cli import train_command
@@ -87,7 +88,8 @@ def test_labels_follow_the_picture(view: View) -> None:
     assert rows.mean() + 0.5 == pytest.approx(expected.y, abs=0.7)
     assert max(angle_difference(float(a), expected.angle) for a in labels.angle[inside]) < 2e-3
     np.testing.assert_allclose(labels.width[inside], 48 * view.scale, rtol=1e-3)
-    assert not labels.width[~inside].any() and not labels.sin2[~inside].any()
+    assert not labels.width[~inside].any()
+    assert not labels.sin2[~inside].any()
 
     bar_rows, bar_columns = np.nonzero(rgb[..., 0] > 150)
     centred = np.stack([bar_columns + 0.5 - expected.x, bar_rows + 0.5 - expected.y])
@@ -132,9 +134,12 @@ def test_jitter_keeps_holes_and_types() -> None:
     depth = np.full((20, 20), 0.7, np.float32)
     depth[3, 4] = 0
     moved = jitter_depth(depth, rng)
-    assert moved[3, 4] == 0 and moved.dtype == np.float32 and np.ptp(moved[moved > 0]) == 0
+    assert moved[3, 4] == 0
+    assert moved.dtype == np.float32
+    assert np.ptp(moved[moved > 0]) == 0
     rgb = rng.integers(0, 255, (20, 20, 3), dtype=np.uint8)
-    assert jitter_colour(rgb, rng).dtype == np.uint8 and (jitter_colour(rgb, rng) != rgb).any()
+    assert jitter_colour(rgb, rng).dtype == np.uint8
+    assert (jitter_colour(rgb, rng) != rgb).any()
     assert random_view(np.random.default_rng(4)) == random_view(np.random.default_rng(4))
 
 
@@ -142,14 +147,16 @@ def test_jitter_keeps_holes_and_types() -> None:
 
 def test_every_scene_once_an_epoch() -> None:
     seen = [k for step in range(4) for k in scenes_of_step(7, step, 5, 10)]
-    assert sorted(seen[:10]) == sorted(seen[10:]) == list(range(10)) and seen[:10] != seen[10:]
+    assert sorted(seen[:10]) == sorted(seen[10:]) == list(range(10))
+    assert seen[:10] != seen[10:]
 
 
 def test_batches_depend_on_seed_and_step_only(folder: Path) -> None:
     scenes = load_scenes([folder])
     one, other = (make_batch(scenes.train, TrainConfig(batch=3, seed=s), "rgbd", CROP, 5) for s in (0, 1))
     again = make_batch(scenes.train, TrainConfig(batch=3, steps=9, workers=2), "rgbd", CROP, 5)
-    assert one[0].shape == (3, 4, CROP, CROP) and one[1].shape == (3, 4, CROP, CROP)
+    assert one[0].shape == (3, 4, CROP, CROP)
+    assert one[1].shape == (3, 4, CROP, CROP)
     np.testing.assert_array_equal(one[0], again[0])
     np.testing.assert_array_equal(one[1], again[1])
     assert not np.array_equal(one[0], other[0])
@@ -177,7 +184,8 @@ def test_loss_without_any_grasp() -> None:
     output = torch.ones(2, 4, 3, 3, requires_grad=True)
     loss = grasp_loss(output, torch.zeros(2, 4, 3, 3))["loss"]
     loss.backward()
-    assert loss.item() == pytest.approx(0.5) and torch.isfinite(output.grad).all()
+    assert loss.item() == pytest.approx(0.5)
+    assert torch.isfinite(output.grad).all()
 
 
 # --- validation ---------------------------------------------------------------------------
@@ -215,7 +223,8 @@ def test_reads_back_what_was_stored(folder: Path) -> None:
     scenes = load_scenes([folder])
     assert (len(scenes.train), len(scenes.val)) == (6, 2)
     scene = scenes.train[0]
-    assert scene.depth.dtype == np.uint16 and scene.width.max() / WIDTH_SCALE < 1
+    assert scene.depth.dtype == np.uint16
+    assert scene.width.max() / WIDTH_SCALE < 1
     assert scene.truths()[0].width == pytest.approx(scene.grasps[0, 3])
 
 
@@ -295,7 +304,8 @@ def test_training_lowers_the_loss(folder: Path, tmp_path: Path) -> None:
     config = TrainConfig(**{**FAST, "network": "htc-grasp"}, steps=12, batch=2, augment=False)
     trained = train(config, scenes, tmp_path, lambda done, figures, accuracy: losses.append(figures["loss"]))
     assert np.mean(losses[-3:]) < 0.7 * np.mean(losses[:3])
-    assert trained.accuracy.scenes == 2 and not trained.network.training
+    assert trained.accuracy.scenes == 2
+    assert not trained.network.training
     assert json.loads((tmp_path / "log.jsonl").read_text().splitlines()[-1])["scenes"] == 2
 
 
@@ -354,8 +364,29 @@ def test_command_trains_and_writes_weights(folder: Path, tmp_path: Path) -> None
     assert (tmp_path / "gg-cnn.safetensors").is_file()
 
 
+def test_export_installs_weights_card_and_hash(folder: Path, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr("grasp_bench.networks.weights.assets_dir", lambda: tmp_path / "assets")
+    train_command("gg-cnn", [folder], tmp_path / "run", steps=1, batch=1, threads=1, export=True)
+    installed = tmp_path / "assets" / "weights"
+    assert {p.name for p in installed.iterdir()} == {"gg-cnn.safetensors", "gg-cnn.md", "manifest.json"}
+    _, metadata = load("gg-cnn")
+    assert metadata["steps"] == 1
+    assert metadata["data"]["train"] == 6
+    assert metadata["accuracy"]["top1"][1] == 2
+
+
+@pytest.mark.parametrize(("option", "value"), [("--precision", "fp8"), ("--lr", "0"), ("--ema", "1")])
+def test_wrong_settings_are_named(option: str, value: str, folder: Path, tmp_path: Path) -> None:
+    app = Typer()
+    app.command()(train_command)
+    result = CliRunner().invoke(app, ["gg-cnn", "-d", str(folder), "-o", str(tmp_path), option, value])
+    assert result.exit_code == 2
+    assert option in result.output
+
+
 def test_learning_rate() -> None:
     config = TrainConfig(steps=110, warmup=10, lr=1.0)
-    assert config.learning_rate(0) == pytest.approx(0.1) and config.learning_rate(10) == 1.0
+    assert config.learning_rate(0) == pytest.approx(0.1)
+    assert config.learning_rate(10) == 1.0
     assert config.learning_rate(60) == pytest.approx(0.5)
     assert config.model_copy(update={"cosine": False}).learning_rate(100) == 1.0

@@ -65,25 +65,25 @@ class Plan:
 
 
 class SeenScene:
-    """World points of a depth image, and what heights it shows where.
+    """What a depth image shows of the heights on the table.
 
     Args:
         image: RGB-D image.
         camera: pose of the camera that took it.
+        directions: (H, W, 3) world directions of the pixels' rays, where they are at hand.
     """
 
-    def __init__(self, image: RgbdImage, camera: CameraPose) -> None:
+    def __init__(self, image: RgbdImage, camera: CameraPose, directions: Floats | None = None) -> None:
         self.image, self.camera = image, camera
-        v, u = np.nonzero(image.valid)
-        pixels = np.column_stack([u, v]) + 0.5
-        self.pixels = pixels
-        self.points = camera.to_world(image.intrinsics.deproject(pixels, image.depth[v, u]))
+        self._rays = image.intrinsics.rays() @ camera.rotation.T if directions is None else directions
+        self.heights = camera.position[2] + image.depth * self._rays[..., 2]
+        self.heights[~image.valid] = np.nan
 
     @property
     def highest(self) -> float:
-        """Height of the highest thing seen on the table, robust against single pixels [m]."""
-        near = self.points[np.abs(self.points[:, 2]) < 0.45]
-        return float(np.partition(near[:, 2], -20)[-20]) if len(near) > 20 else 0.0
+        """Height of the highest thing seen, robust against single pixels [m]."""
+        seen = self.heights[self.heights > TABLE_NOISE]
+        return float(np.partition(seen, -20)[-20]) if len(seen) > 20 else 0.0
 
     def on_plane(self, pixel: Floats, height: float) -> Floats:
         """World point where the ray through ``pixel`` (2,) meets the plane z = ``height``."""
@@ -93,21 +93,38 @@ class SeenScene:
         return self.camera.position + ray * (height - self.camera.position[2]) / ray[2]
 
     def heights_in(self, grasp: Grasp) -> Floats:
-        """Heights [m] of the points seen inside the grasp's rectangle, jaws 20 mm wide."""
-        intrinsics = self.image.intrinsics
-        across = 0.8 * JAW * intrinsics.fx / max(self.camera.position[2] - 0.03, 0.1)
-        corners = grasp.rectangle(height=across)
-        mask = np.zeros(self.image.depth.shape, np.uint8)
-        cv2.fillPoly(mask, [np.round(corners - 0.5).astype(np.int32)], (1,))
-        inside = mask[self.pixels[:, 1].astype(int), self.pixels[:, 0].astype(int)] > 0
-        return self.points[inside, 2]
+        """Heights [m] of the points seen inside the grasp's rectangle, jaws 16 mm wide."""
+        across = 0.8 * JAW * self.image.intrinsics.fx / max(self.camera.position[2] - 0.03, 0.1)
+        corners = np.round(grasp.rectangle(height=across) - 0.5).astype(np.int32)
+        window = self._window(corners.min(0), corners.max(0) + 1)
+        heights = self.heights[window]
+        mask = np.zeros(heights.shape, np.uint8)
+        if mask.size:
+            cv2.fillPoly(mask, [corners - [window[1].start, window[0].start]], (1,))
+        inside = heights[mask > 0]
+        return inside[np.isfinite(inside)]
 
-    def local(self, centre: Floats, axis: Floats) -> tuple[Floats, Floats]:
-        """Points near ``centre`` as (N, 2) offsets along and across ``axis``, and heights (N,)."""
-        offset = self.points[:, :2] - centre[:2]
-        near = np.abs(offset).max(1) < 0.08
+    def local(self, centre: Floats, axis: Floats, reach: float = 0.08) -> tuple[Floats, Floats]:
+        """Points within ``reach`` of ``centre`` as (N, 2) offsets along and across ``axis``, and
+        their heights (N,)."""
+        low = max(float(centre[2]) - 0.15, 0.0)
+        corners = centre[:2] + reach * np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]])
+        cloud = np.array([[*c, z] for c in corners for z in (low, float(centre[2]) + 0.05)])
+        pixels = self.image.intrinsics.project(self.camera.to_camera(cloud))
+        window = self._window(np.floor(pixels.min(0)).astype(int), np.ceil(pixels.max(0)).astype(int))
+        heights = self.heights[window].ravel()
+        points = self.camera.position[:2] + (self._rays[window][..., :2] * self.image.depth[window][..., None]
+                                             ).reshape(-1, 2)
+        offset = points - centre[:2]
+        near = np.isfinite(heights) & (np.abs(offset).max(1) < reach)
         across = np.array([-axis[1], axis[0]])
-        return np.column_stack([offset[near] @ axis[:2], offset[near] @ across]), self.points[near, 2]
+        return np.column_stack([offset[near] @ axis[:2], offset[near] @ across]), heights[near]
+
+    def _window(self, low: NDArray[np.intp], high: NDArray[np.intp]) -> tuple[slice, slice]:
+        """Rows and columns between two pixels, clipped to the image."""
+        h, w = self.heights.shape
+        (left, top), (right, bottom) = np.clip([low, high], 0, [w, h])
+        return slice(int(top), int(bottom)), slice(int(left), int(right))
 
 
 def grasp_pose(scene: SeenScene, grasp: Grasp, motion: Motion) -> tuple[GraspPose, float]:

@@ -40,7 +40,8 @@ class NetworkInfo:
         return CHANNELS[self.kind]
 
 
-_HTC = "HTC-Grasp: A Hybrid Transformer-CNN Architecture for Robotic Grasp Detection, Electronics 12(6), 2023"
+_HTC = ("HTC-Grasp: A Hybrid Transformer-CNN Architecture for Robotic Grasp Detection, "
+        "Electronics 12(6), 2023")
 _GR = "Kumra et al., Antipodal Robotic Grasping using Generative Residual CNN, IROS 2020"
 
 NETWORKS: dict[str, NetworkInfo] = {
@@ -49,9 +50,11 @@ NETWORKS: dict[str, NetworkInfo] = {
     "htc-grasp-no-ca": NetworkInfo(lambda: HTCGrasp(channel_attention=False), "rgbd", _HTC),
     "htc-grasp-plain": NetworkInfo(
         lambda: HTCGrasp(external_attention=False, channel_attention=False), "rgbd", _HTC),
-    "gg-cnn": NetworkInfo(GGCNN, "depth", "Morrison et al., Closing the Loop for Robotic Grasping, RSS 2018", 62_420),
+    "gg-cnn": NetworkInfo(
+        GGCNN, "depth", "Morrison et al., Closing the Loop for Robotic Grasping, RSS 2018", 62_420),
     "gg-cnn2": NetworkInfo(
-        GGCNN2, "depth", "Morrison et al., Learning Robust, Real-time, Reactive Robotic Grasping, IJRR 2020", 66_676),
+        GGCNN2, "depth", "Morrison et al., Learning Robust, Real-Time, Reactive Robotic Grasping, IJRR 2020",
+        66_676),
     "gr-convnet": NetworkInfo(GRConvNet, "rgbd", _GR, 1_900_900),
     "gr-convnet-16": NetworkInfo(lambda: GRConvNet(channels=16), "rgbd", _GR, 479_156),
     "tf-grasp": NetworkInfo(

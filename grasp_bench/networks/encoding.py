@@ -49,7 +49,8 @@ def encode_depth(depth: NDArray[np.float32]) -> NDArray[np.float32]:
     the table wherever the objects cover less than half of it.
     """
     filled = fill_holes(depth)
-    return np.clip((np.median(filled) - filled) / HEIGHT_SCALE, -1.0, 3.0).astype(np.float32)
+    table = np.median(filled[::2, ::2])  # of every fourth pixel: a quarter of the time
+    return np.clip((table - filled) / HEIGHT_SCALE, -1.0, 3.0).astype(np.float32)
 
 
 def encode_rgb(rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
@@ -80,4 +81,5 @@ def maps_from_output(output: torch.Tensor) -> GraspMaps:
 
 def targets_from_maps(maps: GraspMaps) -> NDArray[np.float32]:
     """What a network should have put out for ``maps``: (4, H, W)."""
-    return np.stack([maps.quality, maps.sin2, maps.cos2, maps.width / np.float32(WIDTH_SCALE)]).astype(np.float32)
+    width = maps.width / np.float32(WIDTH_SCALE)
+    return np.stack([maps.quality, maps.sin2, maps.cos2, width]).astype(np.float32)

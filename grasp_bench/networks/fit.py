@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import torch.nn.functional as F
+from collections.abc import Sequence
+
 from torch import Tensor
+from torch.nn import functional
 
 
-def fit(x: Tensor, size: tuple[int, int]) -> Tensor:
-    """(B, C, h, w) → (B, C, *size): cut, or continued by its border, at the right and below.
+def fit(x: Tensor, size: Sequence[int]) -> Tensor:
+    """(B, C, h, w) → (B, C, *size), two numbers: cut, or continued by its border, at the right and below.
 
     Strided and transposed convolutions here keep the upper left corner in place.
     """
     h, w = size
     x = x[:, :, :h, :w]
     missing = (0, w - x.shape[3], 0, h - x.shape[2])
-    return F.pad(x, missing, mode="replicate") if any(missing) else x
+    return functional.pad(x, missing, mode="replicate") if any(missing) else x

@@ -4,8 +4,8 @@ computes the same; maps come in the order quality, sin 2θ, cos 2θ, width."""
 
 from __future__ import annotations
 
-import torch.nn.functional as F
 from torch import Tensor, nn
+from torch.nn import functional
 
 from grasp_bench.networks.fit import fit
 
@@ -34,7 +34,7 @@ class GGCNN(nn.Module):
         """(B, C, H, W) → (B, 4, H, W). At 300 px sizes come out even, at 224 px 4 are cut."""
         size = x.shape[2:]
         for layer in (*self.encoder, *self.decoder):
-            x = F.relu(layer(x))
+            x = functional.relu(layer(x))
         return fit(self.head(x), size)
 
 

@@ -10,7 +10,8 @@ from grasp_bench.networks.fit import fit
 
 
 def _convolution(inputs: int, outputs: int, kernel: int, stride: int, padding: int) -> list[nn.Module]:
-    return [nn.Conv2d(inputs, outputs, kernel, stride, padding), nn.BatchNorm2d(outputs), nn.ReLU(inplace=True)]
+    return [nn.Conv2d(inputs, outputs, kernel, stride, padding),
+            nn.BatchNorm2d(outputs), nn.ReLU(inplace=True)]
 
 
 def _transposed(inputs: int, outputs: int, padding: int) -> list[nn.Module]:
@@ -44,9 +45,13 @@ class GRConvNet(nn.Module):
         super().__init__()
         c = channels
         self.body = nn.Sequential(
-            *_convolution(inputs, c, 9, 1, 4), *_convolution(c, 2 * c, 4, 2, 1), *_convolution(2 * c, 4 * c, 4, 2, 1),
+            *_convolution(inputs, c, 9, 1, 4),
+            *_convolution(c, 2 * c, 4, 2, 1),
+            *_convolution(2 * c, 4 * c, 4, 2, 1),
             *(Residual(4 * c) for _ in range(5)),
-            *_transposed(4 * c, 2 * c, padding=1), *_transposed(2 * c, c, padding=2), nn.Conv2d(c, c, 9, 1, 4))
+            *_transposed(4 * c, 2 * c, padding=1),
+            *_transposed(2 * c, c, padding=2),
+            nn.Conv2d(c, c, 9, 1, 4))
         # Separate heads: in training each drops other channels.
         self.heads = nn.ModuleList(nn.Sequential(nn.Dropout(0.1), nn.Conv2d(c, 1, 2)) for _ in range(4))
         for module in self.modules():

@@ -25,8 +25,8 @@ Where the paper is silent or misprinted:
 from __future__ import annotations
 
 import torch
-import torch.nn.functional as F
 from torch import Tensor, nn
+from torch.nn import functional
 
 CHANNELS = (32, 64, 128, 256)
 HEADS = (1, 2, 4, 8)
@@ -85,7 +85,7 @@ class SelfAttention(nn.Module):
         """(B, N, C) → (B, N, C)."""
         b, n, c = x.shape
         q, k, v = self.query_key_value(x).view(b, n, 3, self.heads, c // self.heads).permute(2, 0, 3, 1, 4)
-        return self.output(F.scaled_dot_product_attention(q, k, v).transpose(1, 2).reshape(b, n, c))
+        return self.output(functional.scaled_dot_product_attention(q, k, v).transpose(1, 2).reshape(b, n, c))
 
 
 class TransformerBlock(nn.Module):
@@ -108,7 +108,8 @@ class TransformerBlock(nn.Module):
 class Stage(nn.Module):
     """Overlapping patch embedding and Transformer blocks (section 3.3.1)."""
 
-    def __init__(self, inputs: int, channels: int, heads: int, depth: int, *, first: bool, external: bool) -> None:
+    def __init__(self, inputs: int, channels: int, heads: int, depth: int, *,
+                 first: bool, external: bool) -> None:
         super().__init__()
         kernel, stride = (7, 4) if first else (3, 2)
         self.embed = nn.Conv2d(inputs, channels, kernel, stride, kernel // 2)
@@ -137,7 +138,8 @@ class ResChannelAttention(nn.Module):
         narrow = channels // 4
         self.residual = nn.Sequential(
             nn.Conv2d(channels, narrow, 1, bias=False), nn.BatchNorm2d(narrow), nn.ReLU(inplace=True),
-            nn.Conv2d(narrow, narrow, 3, padding=1, bias=False), nn.BatchNorm2d(narrow), nn.ReLU(inplace=True),
+            nn.Conv2d(narrow, narrow, 3, padding=1, bias=False), nn.BatchNorm2d(narrow),
+            nn.ReLU(inplace=True),
             nn.Conv2d(narrow, channels, 1, bias=False), nn.BatchNorm2d(channels))
         self.excite = nn.Sequential(
             nn.Linear(channels, channels // 16), nn.ReLU(inplace=True),
@@ -147,9 +149,9 @@ class ResChannelAttention(nn.Module):
         """(B, C, H, W) → (B, C, H, W)."""
         residual = self.residual(x)
         if self.excite is None:
-            return F.relu(x + residual, inplace=True)
+            return functional.relu(x + residual, inplace=True)
         gain = self.excite(residual.mean(dim=(2, 3)))[:, :, None, None]
-        return F.relu(torch.addcmul(x, residual, gain), inplace=True)
+        return functional.relu(torch.addcmul(x, residual, gain), inplace=True)
 
 
 class Fuse(nn.Module):
@@ -171,8 +173,8 @@ class Fuse(nn.Module):
         size = maps[0].shape[2:]
         fused = self.merge[0](maps[0])
         for merge, x in zip(self.merge[1:], maps[1:], strict=True):
-            fused += F.interpolate(merge(x), size=size, mode="bilinear", align_corners=False)
-        return F.relu(self.norm(fused), inplace=True)
+            fused += functional.interpolate(merge(x), size=size, mode="bilinear", align_corners=False)
+        return functional.relu(self.norm(fused), inplace=True)
 
 
 class Upsample(nn.Sequential):
@@ -193,7 +195,8 @@ class HTCGrasp(nn.Module):
         inputs: channels of the input image.
     """
 
-    def __init__(self, external_attention: bool = True, channel_attention: bool = True, inputs: int = 4) -> None:
+    def __init__(self, external_attention: bool = True, channel_attention: bool = True,
+                 inputs: int = 4) -> None:
         super().__init__()
         sizes = (inputs, *CHANNELS)
         self.stages = nn.ModuleList(
@@ -207,7 +210,7 @@ class HTCGrasp(nn.Module):
         self._initialise()
         # Tokens (B, N, C) are maps with channels last: convolutions that expect them so save
         # copying back and forth, a third to a half of the time on a CPU.
-        self.to(memory_format=torch.channels_last)
+        self.to(memory_format=torch.channels_last)  # pyright: ignore[reportCallIssue]
 
     def _initialise(self) -> None:
         for module in self.modules():

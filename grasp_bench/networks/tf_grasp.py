@@ -9,8 +9,8 @@ token beside each other as a pixel shuffle would.
 from __future__ import annotations
 
 import torch
-import torch.nn.functional as F
 from torch import Tensor, nn
+from torch.nn import functional
 
 WINDOW = 7
 DEPTH = 2
@@ -48,6 +48,8 @@ class SwinBlock(nn.Module):
         drop_path: chance that a residual branch is left out for a training sample.
     """
 
+    relative_index: Tensor
+
     def __init__(self, channels: int, heads: int, shift: int, drop_path: float) -> None:
         super().__init__()
         self.heads, self.shift, self.drop_path = heads, shift, drop_path
@@ -72,12 +74,13 @@ class SwinBlock(nn.Module):
             x = x.roll((-shift, -shift), (1, 2))
         windows = _to_windows(x)
         n, t, c = windows.shape
-        q, k, v = self.query_key_value(windows).view(n, t, 3, self.heads, c // self.heads).permute(2, 0, 3, 1, 4)
+        split = self.query_key_value(windows).view(n, t, 3, self.heads, c // self.heads)
+        q, k, v = split.permute(2, 0, 3, 1, 4)
         bias = self.bias[self.relative_index].permute(2, 0, 1)[None]
         if shift:
             apart = self._apart(x.shape[1], x.shape[2], shift, x.device)
             bias = (bias + apart.to(bias.dtype)).repeat(x.shape[0], 1, 1, 1)
-        windows = F.scaled_dot_product_attention(q, k, v, attn_mask=bias.to(q.dtype))
+        windows = functional.scaled_dot_product_attention(q, k, v, attn_mask=bias.to(q.dtype))
         x = _from_windows(self.output(windows.transpose(1, 2).reshape(n, t, c)), x.shape)
         return x.roll((shift, shift), (1, 2)) if shift else x
 
@@ -95,7 +98,8 @@ class SwinBlock(nn.Module):
         if not self.training or not self.drop_path:
             return branch
         keep = 1 - self.drop_path
-        return branch * (torch.rand(branch.shape[0], 1, 1, 1, device=branch.device) < keep).to(branch.dtype) / keep
+        kept = torch.rand(branch.shape[0], 1, 1, 1, device=branch.device) < keep
+        return branch * kept.to(branch.dtype) / keep
 
 
 class Merge(nn.Module):
@@ -174,7 +178,7 @@ class TFGrasp(nn.Module):
         """
         h, w = x.shape[2:]
         side = 4 * WINDOW * 2 ** (len(HEADS) - 1)
-        x = F.pad(x, (0, -w % side, 0, -h % side))
+        x = functional.pad(x, (0, -w % side, 0, -h % side))
         x = self.norm_embed(self.embed(x).permute(0, 2, 3, 1))
         before = []
         for level, down in enumerate(self.down):

@@ -13,7 +13,7 @@ from typing import Any
 
 import torch
 from safetensors import SafetensorError, safe_open
-from safetensors.torch import save_file
+from safetensors.torch import save as to_bytes
 from torch import nn
 
 from grasp_bench.errors import AssetError
@@ -46,13 +46,21 @@ def save(network: nn.Module, path: Path, metadata: dict[str, Any]) -> None:
     halved = {name for name, _ in network.named_parameters()}
     tensors = {}
     for name, value in network.state_dict().items():
-        value = value.detach().cpu().contiguous()
-        tensors[name] = value.half() if name in halved else value
-        if value.is_floating_point() and not torch.isfinite(tensors[name]).all():
+        tensors[name] = (value.half() if name in halved else value).detach().cpu().contiguous()
+        if not torch.isfinite(tensors[name]).all():
             raise ValueError(f"{name} is not finite in float16: the training has diverged")
     path.parent.mkdir(parents=True, exist_ok=True)
+    header = {_KEY: json.dumps(metadata, sort_keys=True, ensure_ascii=False)}
+    write_whole(path, to_bytes(tensors, header))
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Writes a file at once or not at all: a kill leaves the old one."""
     partial = path.with_name(path.name + ".part")
-    save_file(tensors, partial, metadata={_KEY: json.dumps(metadata, sort_keys=True, ensure_ascii=False)})
+    with partial.open("wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
     os.replace(partial, path)
 
 
@@ -86,8 +94,9 @@ def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]
                          f"first {odd[0]!r}; train again or fetch the file of this version.")
     for key, value in wanted.items():
         if tensors[key].shape != value.shape:
-            raise AssetError(f"{path} does not fit network {name!r}: {key} has shape {tuple(tensors[key].shape)}, "
-                             f"not {tuple(value.shape)}; train again or fetch the file of this version.")
+            raise AssetError(
+                f"{path} does not fit network {name!r}: {key} has shape {tuple(tensors[key].shape)}, not "
+                f"{tuple(value.shape)}; train again or fetch the file of this version.")
         if not torch.isfinite(tensors[key].float()).all():
             raise AssetError(f"{path}: {key} has values that are not finite; fetch or train the file again.")
     network.load_state_dict({k: v.to(wanted[k].dtype) for k, v in tensors.items()})
@@ -104,8 +113,8 @@ def check_manifest(path: Path) -> None:
     except (ValueError, AttributeError) as error:
         raise AssetError(f"{manifest} is not a JSON object of file: sha256 ({error}); restore it.") from error
     if expected is not None and sha256(path) != expected:
-        raise AssetError(f"{path} does not have the SHA-256 listed in {manifest.name} ({expected[:12]}…): it was "
-                         f"altered or only partly fetched. Restore it, e.g. by reinstalling grasp-bench.")
+        raise AssetError(f"{path} does not have the SHA-256 listed in {manifest.name} ({str(expected)[:12]}…): "
+                         f"it was altered or only partly fetched; restore it, e.g. reinstall grasp-bench.")
 
 
 def add_to_manifest(path: Path) -> None:
@@ -118,12 +127,12 @@ def add_to_manifest(path: Path) -> None:
 
 def _read(path: Path) -> tuple[dict[str, torch.Tensor], dict[str, Any]]:
     if not path.is_file():
-        raise AssetError(f"Weights {path} are missing; train them with 'grasp-bench train {path.stem} --export' "
-                         f"or give the path of a .safetensors file.")
+        raise AssetError(f"Weights {path} are missing; train them with 'grasp-bench train {path.stem} "
+                         f"--export' or give the path of a .safetensors file.")
     try:
         with safe_open(path, framework="pt") as file:
             metadata = json.loads((file.metadata() or {}).get(_KEY, "{}"))
-            return {key: file.get_tensor(key) for key in file.keys()}, metadata
+            return {key: file.get_tensor(key) for key in file.keys()}, metadata  # noqa: SIM118
     except (SafetensorError, OSError, ValueError) as error:
         raise AssetError(f"{path} is truncated or not a safetensors file ({error}); "
                          f"fetch or train it again.") from error

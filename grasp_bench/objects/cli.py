@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from grasp_bench.graphics import with_gl, without_gl
+
 objects_app = typer.Typer(no_args_is_help=True, help="List, show, verify, picture and build the objects.")
 
 Folder = Annotated[Path | None, typer.Option("--folder", help="A folder of objects; the shipped 180 by default.")]
@@ -43,6 +45,8 @@ def show(name: Annotated[str, typer.Argument(help="An object's name.")], folder:
          as_json: AsJson = False,
          picture: Annotated[Path | None, typer.Option(help="Write a picture (PNG) to this file.")] = None) -> None:
     """Show all that is known of one object."""
+    if picture is not None:
+        with_gl()
     from grasp_bench.objects.catalog import Catalog
 
     catalog = Catalog(folder)
@@ -98,6 +102,7 @@ def sheet(out: Annotated[Path, typer.Argument(help="PNG file to write.")],
           columns: Annotated[int, typer.Option(min=1)] = 12, folder: Folder = None,
           names: Annotated[bool, typer.Option(help="Write names under the pictures.")] = True) -> None:
     """Render a contact sheet of objects."""
+    with_gl()
     from grasp_bench.objects.catalog import Catalog
     from grasp_bench.objects.pictures import contact_sheet
 
@@ -116,6 +121,7 @@ def build(
 
     Takes minutes to hours; objects that have not changed are skipped, a killed build goes on.
     """
+    without_gl()
     import os
 
     import grasp_bench.objects.household  # noqa: F401  (registers the objects)

@@ -9,13 +9,16 @@ from __future__ import annotations
 import argparse
 import sys
 
-import mujoco
 import numpy as np
 from PIL import Image, ImageDraw
 
-from grasp_bench.objects.model import REGISTRY, ObjectSpec, Part
+from grasp_bench.graphics import with_gl
 
-TILE = 256
+with_gl()  # before anything imports MuJoCo
+
+from grasp_bench.objects.catalog import VisualPart
+from grasp_bench.objects.model import REGISTRY, ObjectSpec, Part
+from grasp_bench.objects.pictures import TILE, render_parts
 
 
 def rgb(color: str) -> tuple[float, float, float]:
@@ -23,45 +26,10 @@ def rgb(color: str) -> tuple[float, float, float]:
     return tuple(int(color[i:i + 2], 16) / 255 for i in (1, 3, 5))  # type: ignore[return-value]
 
 
-def parts_model(parts: list[Part], extent: float) -> mujoco.MjModel:
-    """A MuJoCo model that shows ``parts`` (millimetres) on a grey floor, scaled to 1/``extent``."""
-    spec = mujoco.MjSpec()
-    spec.visual.global_.offwidth = spec.visual.global_.offheight = 2 * TILE
-    spec.visual.headlight.ambient = [0.45, 0.45, 0.45]
-    spec.visual.headlight.diffuse = [0.45, 0.45, 0.45]
-    spec.visual.quality.shadowsize = 2048
-    low = min(p.mesh.bounds[0][2] for p in parts) / extent
-    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[5, 5, 0.1], pos=[0, 0, low],
-                            rgba=[0.93, 0.93, 0.91, 1])
-    spec.worldbody.add_light(pos=[-1.5, -2, 4], dir=[0.35, 0.45, -0.9], diffuse=[0.5, 0.5, 0.5],
-                             castshadow=True)
-    for i, part in enumerate(parts):
-        spec.add_mesh(name=f"p{i}", uservert=(np.asarray(part.mesh.vertices) / extent).ravel(),
-                      userface=np.asarray(part.mesh.faces).ravel(),
-                      inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
-        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=f"p{i}",
-                                rgba=[*rgb(part.color), 1], contype=0, conaffinity=0)
-    return spec.compile()
-
-
-def render_parts(parts: list[Part], views: tuple[tuple[float, float], ...] = ((-35, 130), (-60, 220)),
-                 size: int = TILE) -> list[Image.Image]:
-    """Pictures (size × size) of ``parts`` from each (elevation, azimuth) in degrees."""
-    corners = np.array([p.mesh.bounds for p in parts])
-    low, high = corners[:, 0].min(0), corners[:, 1].max(0)
-    extent = float(np.linalg.norm(high - low))
-    model = parts_model(parts, extent)
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    pictures = []
-    with mujoco.Renderer(model, 2 * size, 2 * size) as renderer:
-        for elevation, azimuth in views:
-            camera = mujoco.MjvCamera()
-            camera.lookat[:] = (low + high) / 2 / extent
-            camera.distance, camera.elevation, camera.azimuth = 1.35, elevation, azimuth
-            renderer.update_scene(data, camera)
-            pictures.append(Image.fromarray(renderer.render()).resize((size, size), Image.Resampling.LANCZOS))
-    return pictures
+def visual_parts(parts: list[Part]) -> list[VisualPart]:
+    """Parts in code as the catalog would load them, still in millimetres."""
+    return [VisualPart(np.asarray(p.mesh.vertices), np.asarray(p.mesh.faces, np.int32), rgb(p.color), 0.5)
+            for p in parts]
 
 
 def check(spec: ObjectSpec, parts: list[Part]) -> str:
@@ -96,7 +64,7 @@ def main() -> int:
         print(check(spec, parts), flush=True)
         if args.out:
             tile = Image.new("RGB", (2 * TILE, TILE + 18), "white")
-            for i, picture in enumerate(render_parts(parts)):
+            for i, picture in enumerate(render_parts(visual_parts(parts))):
                 tile.paste(picture, (i * TILE, 0))
             ImageDraw.Draw(tile).text((4, TILE + 3), f"{spec.name} ({spec.category})", fill="black")
             tiles.append(tile)

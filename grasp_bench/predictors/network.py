@@ -43,7 +43,8 @@ class NetworkPredictor:
         self._info = info(name)
         self._device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         network, self.metadata = load(name, weights)
-        self._network = network.to(self._device, memory_format=torch.channels_last)
+        self._network = network.to(self._device).to(
+            memory_format=torch.channels_last)  # pyright: ignore[reportCallIssue]
 
     def predict(self, image: RgbdImage) -> list[Grasp]:
         """Grasps in pixels of the whole image, best first; empty if the network sees none."""

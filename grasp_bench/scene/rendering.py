@@ -7,7 +7,6 @@ made a run's images is part of its record.
 
 from __future__ import annotations
 
-import os
 from typing import Literal, NamedTuple
 
 import mujoco
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 
 from grasp_bench.camera import CameraPose, Intrinsics
 from grasp_bench.errors import GraspBenchError, UnknownNameError
+from grasp_bench.graphics import with_gl
 
 Renderer = Literal["auto", "raycast", "egl", "osmesa"]
 RENDERERS: tuple[str, ...] = ("auto", "raycast", "egl", "osmesa")
@@ -33,11 +33,13 @@ class Picture(NamedTuple):
     Attributes:
         rgb: (H, W, 3) uint8.
         depth: (H, W) float32 z-depth [m], 0 where nothing was hit.
+        cosine: (H, W) float32 cosine between viewing ray and surface normal, 0 where nothing was hit.
         geom: (H, W) int32 geom ids, −1 where nothing was hit.
     """
 
     rgb: NDArray[np.uint8]
     depth: NDArray[np.float32]
+    cosine: NDArray[np.float32]
     geom: NDArray[np.int32]
 
 
@@ -52,39 +54,88 @@ def resolve_renderer(name: str) -> str:
     return "raycast" if name == "auto" else name
 
 
-def render(model: mujoco.MjModel, data: mujoco.MjData, intrinsics: Intrinsics, pose: CameraPose,
-           renderer: str = "raycast") -> Picture:
-    """Image of the scene in ``data`` from a pinhole camera at ``pose``."""
-    if resolve_renderer(renderer) == "raycast":
-        return raycast(model, data, intrinsics, pose)
-    return _render_gl(model, data, intrinsics, pose, renderer)
+class SceneCamera:
+    """A fixed camera that takes pictures of scenes that differ in one body only.
+
+    What stands still and does not change from trial to trial (table, floor) is cast once;
+    after that only the rays towards the changing body are. The pictures are the same as if
+    all rays were cast every time.
+
+    Args:
+        intrinsics, pose: of the camera.
+        renderer: one of :data:`RENDERERS`.
+    """
+
+    def __init__(self, intrinsics: Intrinsics, pose: CameraPose, renderer: str = "auto") -> None:
+        self.intrinsics, self.pose, self.renderer = intrinsics, pose, resolve_renderer(renderer)
+        self.directions = intrinsics.rays() @ pose.rotation.T
+        self._background: Picture | None = None
+
+    def picture(self, model: mujoco.MjModel, data: mujoco.MjData, body: int = -1) -> Picture:
+        """Image of the scene; ``body`` is the one that changes between calls, −1 when all may."""
+        if self.renderer != "raycast":
+            return _render_gl(model, data, self.intrinsics, self.renderer)
+        if body < 0:
+            return raycast(model, data, self.pose.position, self.directions)
+        if self._background is None:
+            background = raycast(model, data, self.pose.position, self.directions, exclude=body)
+            seen = model.geom_bodyid[np.unique(background.geom[background.geom >= 0])]
+            if model.body_weldid[seen].any():  # the arm is in view, and never stands quite still
+                return raycast(model, data, self.pose.position, self.directions)
+            self._background = background
+        region = self._region(model, data, body)
+        whole = Picture(*(channel.copy() for channel in self._background))
+        part = raycast(model, data, self.pose.position, self.directions[region])
+        for channel, fresh in zip(whole, part, strict=True):
+            channel[region] = fresh
+        return whole
+
+    def _region(self, model: mujoco.MjModel, data: mujoco.MjData, body: int) -> tuple[slice, slice]:
+        """Rows and columns that hold all the body's shown geoms."""
+        shown = np.nonzero((model.geom_bodyid == body) & (SHOWN_GROUPS[model.geom_group] > 0))[0]
+        signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, 8).T
+        boxes = model.geom_aabb[shown, None, :3] + signs * model.geom_aabb[shown, None, 3:]
+        corners = np.einsum("gij,gkj->gki", data.geom_xmat[shown].reshape(-1, 3, 3), boxes)
+        points = self.pose.to_camera((corners + data.geom_xpos[shown, None]).reshape(-1, 3))
+        height, width = self.directions.shape[:2]
+        if (points[:, 2] < 0.01).any():  # reaches behind the camera
+            return slice(0, height), slice(0, width)
+        pixels = self.intrinsics.project(points)
+        left, top = np.floor(pixels.min(0)).astype(int) - 2
+        right, bottom = np.ceil(pixels.max(0)).astype(int) + 2
+        return slice(*np.clip([top, bottom], 0, height)), slice(*np.clip([left, right], 0, width))
 
 
-def raycast(model: mujoco.MjModel, data: mujoco.MjData, intrinsics: Intrinsics, pose: CameraPose,
-            region: tuple[slice, slice] | None = None) -> Picture:
-    """Ray-cast image, optionally only of a (rows, columns) ``region`` of the full image."""
-    rays = intrinsics.rays()
-    if region is not None:
-        rays = rays[region]
-    shape = rays.shape[:2]
-    # Rays with z = 1 in the camera frame: the distance returned is z-depth itself.
-    directions = np.ascontiguousarray((rays.reshape(-1, 3) @ pose.rotation.T))
-    count = len(directions)
+def raycast(model: mujoco.MjModel, data: mujoco.MjData, origin: NDArray[np.float64],
+            directions: NDArray[np.float64], exclude: int = -1) -> Picture:
+    """Cast rays of any pattern (H, W, 3), each with z = 1 in its camera's frame.
+
+    Args:
+        model, data: the scene.
+        origin: (3,) optical centre [m].
+        directions: world directions; with z = 1 in the camera frame distances are z-depths.
+        exclude: body that rays pass through, −1 for none.
+    """
+    shape = directions.shape[:2]
+    rays = np.ascontiguousarray(directions.reshape(-1, 3))
+    count = len(rays)
     geom = np.full(count, -1, dtype=np.int32)
     distance = np.zeros(count)
     normal = np.zeros((count, 3))
-    mujoco.mj_multiRay(model, data, pose.position, directions.ravel(), SHOWN_GROUPS, True, -1, geom, distance,
-                       normal.ravel(), count, FAR)
+    if count:
+        mujoco.mj_multiRay(model, data, origin, rays.ravel(), SHOWN_GROUPS, True, exclude, geom, distance,
+                           normal.ravel(), count, FAR)
     hit = geom >= 0
-    facing = -np.sign(np.einsum("ij,ij->i", normal, directions))[:, None]
-    normal *= np.where(facing == 0, 1, facing)
+    cosine = np.einsum("ij,ij->i", normal, rays) / np.linalg.norm(rays, axis=1)
+    normal = normal * -np.sign(cosine)[:, None]
     light = np.full(count, AMBIENT)
     for direction, strength in LIGHTS:
         light += strength * np.clip(normal @ (direction / np.linalg.norm(direction)), 0, None)
     color = geom_colors(model)[geom] * light[:, None]
     rgb = np.where(hit[:, None], np.clip(color * 255, 0, 255), 0).astype(np.uint8)
     depth = np.where(hit, distance, 0).astype(np.float32)
-    return Picture(rgb.reshape(*shape, 3), depth.reshape(shape), geom.reshape(shape))
+    return Picture(rgb.reshape(*shape, 3), depth.reshape(shape),
+                   np.where(hit, np.abs(cosine), 0).astype(np.float32).reshape(shape), geom.reshape(shape))
 
 
 def geom_colors(model: mujoco.MjModel) -> NDArray[np.float64]:
@@ -95,11 +146,19 @@ def geom_colors(model: mujoco.MjModel) -> NDArray[np.float64]:
     return colors
 
 
-def _render_gl(model: mujoco.MjModel, data: mujoco.MjData, intrinsics: Intrinsics, pose: CameraPose,
-               backend: str) -> Picture:
-    if os.environ.setdefault("MUJOCO_GL", backend) != backend:
-        raise GraspBenchError(f"MUJOCO_GL={os.environ['MUJOCO_GL']} is set, which contradicts the renderer "
-                              f"{backend!r}; unset it or choose --renderer raycast.")
+def incidence_cosine(depth: NDArray[np.float32], intrinsics: Intrinsics) -> NDArray[np.float32]:
+    """(H, W) cosine between viewing ray and surface normal, from a perfect depth image [m]."""
+    rays = intrinsics.rays()
+    points = rays * depth[..., None]
+    normal = np.cross(np.gradient(points, axis=1), np.gradient(points, axis=0))
+    length = np.linalg.norm(normal, axis=-1) * np.linalg.norm(rays, axis=-1)
+    cosine = np.abs(np.einsum("hwc,hwc->hw", normal, rays)) / np.maximum(length, 1e-12)
+    return cosine.astype(np.float32)
+
+
+def _render_gl(model: mujoco.MjModel, data: mujoco.MjData, intrinsics: Intrinsics, backend: str) -> Picture:
+    """Image by OpenGL from the model's camera ``sensor``."""
+    with_gl(backend)
     width, height = intrinsics.width, intrinsics.height
     model.vis.global_.offwidth = max(model.vis.global_.offwidth, width)
     model.vis.global_.offheight = max(model.vis.global_.offheight, height)
@@ -123,4 +182,4 @@ def _render_gl(model: mujoco.MjModel, data: mujoco.MjData, intrinsics: Intrinsic
         segments = gl.render()
     geom = np.where(segments[..., 1] == mujoco.mjtObj.mjOBJ_GEOM, segments[..., 0], -1).astype(np.int32)
     depth = np.where((geom >= 0) & (depth < FAR), depth, 0).astype(np.float32)
-    return Picture(rgb, depth, geom)
+    return Picture(rgb, depth, incidence_cosine(depth, intrinsics), geom)

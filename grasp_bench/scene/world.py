@@ -63,9 +63,9 @@ class World:
         self._tcp = model.site(GRIPPER_PREFIX + "tcp").id
         self._object_q = model.joint(OBJECT).qposadr[0]
         self._object_v = model.joint(OBJECT).dofadr[0]
-        self._object = model.body(OBJECT).id
+        self.object_body = model.body(OBJECT).id
         names = [model.body(i).name for i in model.geom_bodyid]
-        self._is_object = model.geom_bodyid == self._object
+        self._is_object = model.geom_bodyid == self.object_body
         self._is_left = np.array([n == GRIPPER_PREFIX + "left_finger" for n in names])
         self._is_right = np.array([n == GRIPPER_PREFIX + "right_finger" for n in names])
         self._is_robot = np.array([n.startswith(ARM_PREFIX) for n in names])
@@ -137,7 +137,7 @@ class World:
     @property
     def object_pose(self) -> tuple[Floats, Floats]:
         """Position (3,) [m] and rotation (3, 3) of the object."""
-        return self.data.xpos[self._object].copy(), self.data.xmat[self._object].reshape(3, 3).copy()
+        return self.data.xpos[self.object_body].copy(), self.data.xmat[self.object_body].reshape(3, 3).copy()
 
     @property
     def tcp(self) -> GraspPose:

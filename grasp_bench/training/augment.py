@@ -83,7 +83,7 @@ def crop_scene(scene: Scene, view: View, crop: int = 224
     depth = warp(scene.depth).astype(np.float32) * np.float32(DEPTH_UNIT)
     valid = depth > 0
     if view.scale != 1 and valid.any():
-        nearer = np.median(depth[valid]) * (1 - 1 / view.scale)
+        nearer = np.median(depth[valid][::4]) * (1 - 1 / view.scale)
         depth = np.where(valid, np.maximum(depth - nearer, DEPTH_UNIT), 0).astype(np.float32)
     quality = warp(scene.quality).astype(np.float32) / np.float32(255)
     double = 2 * view.angle(warp(scene.angle.astype(np.float32)))
@@ -99,7 +99,7 @@ def jitter_colour(rgb: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[n
     gain = rng.uniform(0.7, 1.3) * rng.uniform(0.9, 1.1, 3)
     offset = 128 * (1 - gain) + rng.uniform(-25, 25)
     table = np.clip(np.arange(256)[:, None] * gain + offset, 0, 255).astype(np.uint8)
-    return cv2.LUT(rgb, table[:, None, :])
+    return cv2.LUT(rgb, table[:, None, :]).astype(np.uint8, copy=False)
 
 
 def jitter_depth(depth: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:

@@ -50,7 +50,8 @@ def make_batch(scenes: Sequence[Scene], config: TrainConfig, kind: Kind, crop: i
     return np.stack(inputs), np.stack(targets)
 
 
-def batches(scenes: Sequence[Scene], config: TrainConfig, kind: Kind, crop: int, start: int) -> Iterator[Batch]:
+def batches(scenes: Sequence[Scene], config: TrainConfig, kind: Kind, crop: int,
+            start: int) -> Iterator[Batch]:
     """Batches of steps ``start`` … ``config.steps`` − 1, two ahead for each thread."""
     with ThreadPoolExecutor(config.workers, thread_name_prefix="batch") as pool:
         waiting: deque = deque()

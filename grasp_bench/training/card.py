@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Any
 
 from grasp_bench.networks import info, parameter_count
+from grasp_bench.stats import wilson
 from grasp_bench.training.config import TrainConfig
 from grasp_bench.training.dataset import SceneSet
 from grasp_bench.training.loop import Trained
@@ -25,7 +25,8 @@ def provenance(trained: Trained, config: TrainConfig, scenes: SceneSet, data: li
         "config": config.model_dump(),
         "data": {"folders": [path.name for path in data], "fingerprint": scenes.fingerprint,
                  "train": len(scenes.train), "val": len(scenes.val)},
-        "accuracy": {"top1": [accuracy.hits, accuracy.scenes], "rectangle": [accuracy.correct, accuracy.labelled]},
+        "accuracy": {"top1": [accuracy.hits, accuracy.scenes],
+                     "rectangle": [accuracy.correct, accuracy.labelled]},
     }
 
 
@@ -60,13 +61,5 @@ def _row(count: list[int]) -> str:
     right, total = count
     if not total:
         return f"{right} | {total} | –"
-    low, high = _wilson(right, total)
+    low, high = wilson(right, total)
     return f"{right} | {total} | {low:.1%} – {high:.1%}"
-
-
-def _wilson(right: int, total: int, z: float = 1.96) -> tuple[float, float]:
-    """95 % score interval of a proportion."""
-    p, shrink = right / total, 1 + z * z / total
-    middle = (p + z * z / (2 * total)) / shrink
-    half = z * math.sqrt(p * (1 - p) / total + z * z / (4 * total * total)) / shrink
-    return max(middle - half, 0.0), min(middle + half, 1.0)

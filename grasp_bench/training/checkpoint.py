@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 
 import torch
 from safetensors import SafetensorError, safe_open
-from safetensors.torch import save_file
+from safetensors.torch import save as to_bytes
 from torch import Tensor, nn
 
 from grasp_bench.errors import AssetError
+from grasp_bench.networks.weights import write_whole
 from grasp_bench.training.config import FREE_TO_CHANGE, TrainConfig
 
 _MOMENTS = ("exp_avg", "exp_avg_sq")
@@ -34,12 +34,8 @@ def save_checkpoint(path: Path, step: int, network: nn.Module, average: nn.Modul
         for moment in _MOMENTS:
             tensors[f"{moment}.{name}"] = optimizer.state[parameter][moment]
     header = {"step": step, "config": config.model_dump(), "data": data}
-    partial = path.with_name(path.name + ".part")
-    save_file({k: v.detach().cpu().contiguous() for k, v in tensors.items()}, partial,
-              metadata={"training": json.dumps(header)})
-    with partial.open("rb") as file:
-        os.fsync(file.fileno())
-    os.replace(partial, path)
+    stored = {k: v.detach().cpu().contiguous() for k, v in tensors.items()}
+    write_whole(path, to_bytes(stored, {"training": json.dumps(header)}))
 
 
 def load_checkpoint(path: Path, network: nn.Module, average: nn.Module | None,
@@ -52,10 +48,11 @@ def load_checkpoint(path: Path, network: nn.Module, average: nn.Module | None,
     try:
         with safe_open(path, framework="pt") as file:
             header = json.loads((file.metadata() or {})["training"])
-            tensors = {key: file.get_tensor(key) for key in file.keys()}
+            tensors = {key: file.get_tensor(key) for key in file.keys()}  # noqa: SIM118
             step, then, scenes = int(header["step"]), header["config"], header["data"]
     except (SafetensorError, OSError, ValueError, KeyError, TypeError) as error:
-        raise AssetError(f"Checkpoint {path} is truncated or not one ({error}); delete it to start anew.") from error
+        raise AssetError(f"Checkpoint {path} is truncated or not one ({error}); "
+                         f"delete it to start anew.") from error
     now = config.model_dump()
     changed = [f"{k} was {then.get(k)!r}, is {v!r}" for k, v in now.items()
                if k not in FREE_TO_CHANGE and then.get(k) != v]
@@ -67,7 +64,8 @@ def load_checkpoint(path: Path, network: nn.Module, average: nn.Module | None,
     try:
         _restore(tensors, network, average, optimizer, step)
     except (KeyError, RuntimeError) as error:
-        raise AssetError(f"Checkpoint {path} does not fit the network ({error}); delete it to start anew.") from error
+        raise AssetError(f"Checkpoint {path} does not fit the network ({error}); "
+                         f"delete it to start anew.") from error
     return step
 
 

@@ -17,7 +17,7 @@ def train_command(
     predictor: Annotated[str, typer.Argument(
         help="Network to train: htc-grasp, gr-convnet, gg-cnn, tf-grasp …; a wrong name lists all.")],
     data: Annotated[list[Path], typer.Option(
-        "--data", "-d", help="Folder of generated scenes (with index.jsonl); may be given several times.")],
+        "--data", "-d", help="Folder of generated scenes (has index.jsonl); may be given several times.")],
     out: Annotated[Path, typer.Option(
         "--out", "-o", help="Folder of the run. The same command continues an interrupted run there.")],
     steps: Annotated[int, typer.Option(help="Optimiser steps in all.", min=1)] = 5000,
@@ -39,7 +39,7 @@ def train_command(
         help="fp32, bf16, or auto: bf16 where the processor or GPU multiplies in it.")] = "auto",
     workers: Annotated[int, typer.Option(help="Threads that prepare batches.", min=1)] = 1,
     threads: Annotated[int, typer.Option(
-        help="Threads of the network; 0 = all cores. Use 1 where others share the machine.", min=0)] = 0,
+        help="Threads of the network; 0 = all cores but one. Use 1 where others share the machine.", min=0)] = 0,
     checkpoint_every: Annotated[int, typer.Option(help="Steps between checkpoints.", min=1)] = 500,
     validate_every: Annotated[int, typer.Option(help="Steps between validations.", min=1)] = 500,
     export: Annotated[bool, typer.Option(
@@ -50,6 +50,7 @@ def train_command(
     Figures go to OUT/log.jsonl, the state to OUT/checkpoint.safetensors; killed at any time,
     the run ends with the same weights as if it had not been, once the command is repeated.
     """
+    from pydantic import ValidationError
     from rich.console import Console
 
     from grasp_bench.networks import info
@@ -57,14 +58,16 @@ def train_command(
     from grasp_bench.training.dataset import load_scenes
 
     console = Console()
-    if precision not in ("auto", "fp32", "bf16"):
-        raise typer.BadParameter(f"must be auto, fp32 or bf16, not {precision!r}", param_hint="--precision")
     crop = info(predictor).crop
-    config = TrainConfig(
-        network=predictor, steps=steps, batch=batch, lr=lr, seed=seed, warmup=warmup, cosine=not constant,
-        masked=masked, geometry_weight=geometry_weight, positive_weight=positive_weight, ema=ema, augment=augment,
-        precision=precision, workers=workers, threads=threads, checkpoint_every=checkpoint_every,
-        validate_every=validate_every)
+    try:
+        config = TrainConfig(
+            network=predictor, steps=steps, batch=batch, lr=lr, seed=seed, warmup=warmup, cosine=not constant,
+            masked=masked, geometry_weight=geometry_weight, positive_weight=positive_weight, ema=ema,
+            augment=augment, precision=precision, workers=workers, threads=threads,
+            checkpoint_every=checkpoint_every, validate_every=validate_every)
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise typer.BadParameter(first["msg"], param_hint=f"--{first['loc'][0]}".replace("_", "-")) from None
     with console.status("Reading scenes …"):
         scenes = load_scenes(data, crop)
     console.print(f"{len(scenes.train)} scenes to train on, {len(scenes.val)} to validate on")

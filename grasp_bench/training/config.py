@@ -21,25 +21,25 @@ class TrainConfig(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     network: str = "htc-grasp"
-    steps: int = Field(5000, ge=1)
-    batch: int = Field(16, ge=1)
-    seed: int = Field(0, ge=0)
-    lr: float = Field(1e-3, gt=0)
-    weight_decay: float = Field(0.01, ge=0)
-    warmup: int = Field(50, ge=0, description="steps of linear warm-up")
-    cosine: bool = Field(True, description="cosine decay to 0 after the warm-up; else constant")
-    clip: float = Field(5.0, ge=0, description="largest gradient norm; 0 = no clipping")
-    masked: bool = Field(True, description="angle and width errors only where there is a grasp")
-    geometry_weight: float = Field(0.1, gt=0)
-    positive_weight: float = Field(0.0, ge=0)
+    steps: int = Field(default=5000, ge=1)
+    batch: int = Field(default=16, ge=1)
+    seed: int = Field(default=0, ge=0)
+    lr: float = Field(default=1e-3, gt=0)
+    weight_decay: float = Field(default=0.01, ge=0)
+    warmup: int = Field(default=50, ge=0, description="steps of linear warm-up")
+    cosine: bool = Field(default=True, description="cosine decay to 0 after the warm-up; else constant")
+    clip: float = Field(default=5.0, ge=0, description="largest gradient norm; 0 = no clipping")
+    masked: bool = Field(default=True, description="angle and width errors only where there is a grasp")
+    geometry_weight: float = Field(default=0.1, gt=0)
+    positive_weight: float = Field(default=0.0, ge=0)
     augment: bool = True
-    ema: float = Field(0.0, ge=0, lt=1, description="decay of the averaged weights; 0 = none")
+    ema: float = Field(default=0.0, ge=0, lt=1, description="decay of the averaged weights; 0 = none")
     precision: Literal["auto", "fp32", "bf16"] = "auto"
-    workers: int = Field(1, ge=1, description="threads that prepare batches")
-    threads: int = Field(0, ge=0, description="threads of the network; 0 = all cores")
-    checkpoint_every: int = Field(500, ge=1)
-    validate_every: int = Field(500, ge=1)
-    log_every: int = Field(20, ge=1)
+    workers: int = Field(default=1, ge=1, description="threads that prepare batches")
+    threads: int = Field(default=0, ge=0, description="threads of the network; 0 = all cores but one")
+    checkpoint_every: int = Field(default=500, ge=1)
+    validate_every: int = Field(default=500, ge=1)
+    log_every: int = Field(default=20, ge=1)
 
     def learning_rate(self, step: int) -> float:
         """Rate at ``step`` (from 0)."""

@@ -16,8 +16,8 @@ class RunLog:
 
     def __init__(self, folder: Path, step: int) -> None:
         path = folder / "log.jsonl"
-        kept = [line for line in path.read_text().splitlines() if _step(line) <= step] if path.is_file() else []
-        path.write_text("".join(line + "\n" for line in kept))
+        lines = path.read_text().splitlines() if path.is_file() else []
+        path.write_text("".join(line + "\n" for line in lines if _step(line) <= step))
         self._file = path.open("a")
         self._board = None
         try:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import copy
 import math
+import os
 import time
 from collections.abc import Callable
 from contextlib import closing
@@ -65,10 +66,11 @@ def train(config: TrainConfig, scenes: SceneSet, out: Path, report: Report | Non
     spec = info(config.network)
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     cv2.setNumThreads(1)
-    if config.threads:
-        torch.set_num_threads(config.threads)
+    # With no core left for preparing batches, OpenMP's barriers wait for the thread it pushed out.
+    torch.set_num_threads(config.threads or max((os.cpu_count() or 1) - 1, 1))
     torch.manual_seed(config.seed)
-    network = build(config.network).to(device, memory_format=torch.channels_last).train()
+    network = build(config.network).to(device).train()
+    network.to(memory_format=torch.channels_last)  # pyright: ignore[reportCallIssue]
     average = copy.deepcopy(network).requires_grad_(False) if config.ema else None
     optimizer = torch.optim.AdamW(network.parameters(), lr=config.lr, weight_decay=config.weight_decay)
 
@@ -91,12 +93,13 @@ def train(config: TrainConfig, scenes: SceneSet, out: Path, report: Report | Non
             parts = _step(network, optimizer, torch.from_numpy(inputs).to(device),
                           torch.from_numpy(targets).to(device), config, mixed)
             if average is not None:
-                _update_average(average, network, config.ema)
+                _update_average(average, network, min(config.ema, (1 + step) / (10 + step)))
 
             done = step + 1
             if not math.isfinite(parts["loss"] + parts["gradient_norm"]):
-                raise GraspBenchError(f"The loss is {parts['loss']}, its gradient {parts['gradient_norm']} at step "
-                                      f"{done}: the training diverged; lower --lr, or look for damaged scenes.")
+                raise GraspBenchError(
+                    f"The loss is {parts['loss']}, its gradient {parts['gradient_norm']} at step {done}: "
+                    f"the training diverged; lower --lr, or look for damaged scenes.")
             speed = (done - start) * config.batch / (time.perf_counter() - began)
             figures = {**parts, "lr": rate, "samples_per_second": round(speed, 2)}
             if done % config.log_every == 0 or done == config.steps:
@@ -107,7 +110,8 @@ def train(config: TrainConfig, scenes: SceneSet, out: Path, report: Report | Non
                 log.write(done, hits=accuracy.hits, scenes=accuracy.scenes, correct=accuracy.correct,
                           labelled=accuracy.labelled)
             if done % config.checkpoint_every == 0 or done == config.steps:
-                save_checkpoint(out / CHECKPOINT, done, network, average, optimizer, config, scenes.fingerprint)
+                save_checkpoint(out / CHECKPOINT, done, network, average, optimizer, config,
+                                scenes.fingerprint)
             if report is not None:
                 report(done, figures, accuracy)
     return _finish(final, accuracy, scenes, spec)

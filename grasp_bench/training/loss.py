@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import torch.nn.functional as F
 from torch import Tensor
+from torch.nn import functional
 
 
 def grasp_loss(output: Tensor, target: Tensor, *, masked: bool = True, geometry_weight: float = 0.1,
@@ -23,7 +23,7 @@ def grasp_loss(output: Tensor, target: Tensor, *, masked: bool = True, geometry_
     Returns:
         'loss' and its parts 'quality', 'sin', 'cos', 'width' before weighting.
     """
-    error = F.smooth_l1_loss(output.float(), target, reduction="none")
+    error = functional.smooth_l1_loss(output.float(), target, reduction="none")
     positive = (target[:, :1] > 0).float()
     quality = (error[:, :1] * (1 + positive_weight * positive)).mean()
     if masked:

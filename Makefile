@@ -1,0 +1,34 @@
+# Everything a newcomer needs: `make bench` measures, `make test` tests.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+
+.PHONY: bench test check build objects clean
+
+$(STAMP): pyproject.toml constraints.txt
+	test -d $(VENV) || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e ".[dev]"
+	touch $@
+
+bench: $(STAMP)
+	$(BIN)/grasp-bench run --objects all --trials 180
+	$(BIN)/grasp-bench report results/
+
+test: $(STAMP)
+	$(BIN)/python -m pytest -n auto
+
+check: $(STAMP)
+	$(BIN)/ruff check .
+	$(BIN)/pyright
+
+build: $(STAMP)
+	rm -rf dist
+	$(BIN)/python -m build --quiet
+	$(PYTHON) tests/smoke_wheel.py dist
+
+objects: $(STAMP)
+	$(BIN)/grasp-bench objects build
+
+clean:
+	rm -rf dist build .pytest_cache .ruff_cache

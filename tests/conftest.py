@@ -1,0 +1,78 @@
+"""What the tests share: three tiny objects, built once, and no graphics library."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+os.environ.setdefault("MUJOCO_GL", "off")  # before anything imports MuJoCo
+os.environ["GRASP_BENCH_CACHE"] = tempfile.mkdtemp(prefix="grasp-bench-tests-")
+
+import pytest
+from hypothesis import settings
+
+from grasp_bench.motion.planner import Planner
+from grasp_bench.objects.build import build_shape, write_manifest
+from grasp_bench.objects.catalog import Catalog, ObjectModel
+from grasp_bench.objects.model import ObjectSpec, Part
+from grasp_bench.objects.poses import build_rest
+from grasp_bench.objects.shapes import box, cylinder, move, sphere
+from grasp_bench.scenario import Scenario, load_scenario
+
+settings.register_profile("quick", deadline=None, derandomize=True, max_examples=50)
+settings.load_profile("quick")
+
+
+def _block() -> list[Part]:
+    """A box of 40 x 80 x 30 mm."""
+    return [Part(box(40, 80, 30), "#3366cc", "wood", "convex")]
+
+
+def _bar() -> list[Part]:
+    """A lying bar, 20 mm wide on one half and 36 mm on the other."""
+    return [Part(move(box(60, 20, 24), x=-30), "#cc8833", "aluminium", "convex"),
+            Part(move(box(60, 36, 24), x=30), "#aaaaaa", "aluminium", "convex")]
+
+
+def _pot() -> list[Part]:
+    """A round pot, wider than it is high, with a knob on its lid."""
+    return [Part(cylinder(32, 38, segments=40), "#aa3333", "ceramic", "convex"),
+            Part(move(sphere(9, segments=16), z=45), "#eeeeee", "ceramic", "convex")]
+
+
+TOYS = (
+    ObjectSpec("block", "box", "toys", 0.08, "wood", "made up", _block),
+    ObjectSpec("bar", "bar", "tools", 0.18, "aluminium", "made up", _bar),
+    ObjectSpec("pot", "pot", "kitchen", 0.22, "ceramic", "made up", _pot),
+)
+
+
+@pytest.fixture(scope="session")
+def toy_catalog(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of three objects, as ``grasp-bench objects build`` makes them; do not change its files."""
+    folder = tmp_path_factory.mktemp("toys")
+    for spec in TOYS:
+        build_shape(spec, folder)
+        build_rest(folder / spec.name)
+    write_manifest(folder)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def models(toy_catalog: Path) -> dict[str, ObjectModel]:
+    """The three objects by name."""
+    catalog = Catalog(toy_catalog)
+    return {name: catalog.load(name) for name in catalog.names}
+
+
+@pytest.fixture(scope="session")
+def table4() -> Scenario:
+    """The shipped scenario."""
+    return load_scenario("table4")
+
+
+@pytest.fixture(scope="session")
+def planner(table4: Scenario) -> Planner:
+    """Planner of the shipped scenario; it keeps no state of what it planned."""
+    return Planner(table4)

@@ -28,7 +28,9 @@ MODES = ("fp32", "fp32 channels_last", "bf16 channels_last")
 def _case(name: str, mode: str) -> tuple[nn.Module, Tensor]:
     layout = torch.channels_last if "channels_last" in mode else torch.contiguous_format
     x = torch.randn(1, info(name).channels, info(name).crop, info(name).crop)
-    return build(name).eval().to(memory_format=layout), x.to(memory_format=layout)
+    network = build(name).eval()
+    network.to(memory_format=layout)  # pyright: ignore[reportCallIssue]
+    return network, x.to(memory_format=layout)
 
 
 @torch.inference_mode()

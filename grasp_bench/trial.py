@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -139,7 +139,7 @@ class Workcell:
 
 
 def run_trial(cell: Workcell, model: ObjectModel, predictor: Predictor, *, trial: int, attempt: int,
-              seed: int) -> Trial:
+              seed: int, observer: Callable[[World], None] | None = None) -> Trial:
     """Try to pick up ``model`` once.
 
     Args:
@@ -149,6 +149,7 @@ def run_trial(cell: Workcell, model: ObjectModel, predictor: Predictor, *, trial
         trial: number in the run.
         attempt: how many times this object was tried before in the run.
         seed: of the run.
+        observer: called after every sample of the arm's motion, for films and logs.
     """
     scenario, planner, camera = cell.scenario, cell.planner, cell.camera
     clock = Clock()
@@ -185,6 +186,7 @@ def run_trial(cell: Workcell, model: ObjectModel, predictor: Predictor, *, trial
             return finish(outcome, why, **measured)
         result.plan = plan
         measured["pose"] = plan.pose
+        world.observer = observer
         with clock.phase("execute"):
             outcome, why = execute(world, plan, measured)
         return finish(outcome, why, **measured)

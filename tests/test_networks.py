@@ -12,6 +12,7 @@ from grasp_bench.errors import UnknownNameError
 from grasp_bench.grasps import Grasp, GraspMaps
 from grasp_bench.networks import NETWORKS, build, info, parameter_count
 from grasp_bench.networks.encoding import (
+    Kind,
     encode_depth,
     fill_holes,
     maps_from_output,
@@ -41,7 +42,8 @@ def test_every_parameter_gets_a_gradient(name: str) -> None:
     output = network(torch.randn(2, info(name).channels, 64, 64))
     (output - torch.randn_like(output)).square().mean().backward()
     for parameter, value in network.named_parameters():
-        assert value.grad is not None and torch.isfinite(value.grad).all(), parameter
+        assert value.grad is not None, parameter
+        assert torch.isfinite(value.grad).all(), parameter
         # A convolution bias before a batch norm has none but rounding errors: not asked for.
         assert value.grad.abs().max() > 0 or parameter.endswith("bias"), parameter
 
@@ -81,7 +83,8 @@ def test_double_normalisation() -> None:
     weights = ExternalAttention.double_normalise(scores)
     torch.testing.assert_close(weights.sum(-1), torch.ones(2, 50, 4))
     over_tokens = scores.softmax(1)
-    torch.testing.assert_close(weights / over_tokens, (1 / over_tokens.sum(-1, keepdim=True)).expand_as(scores))
+    factor = 1 / over_tokens.sum(-1, keepdim=True)
+    torch.testing.assert_close(weights / over_tokens, factor.expand_as(scores))
     huge = ExternalAttention.double_normalise(torch.full((1, 3136, 1, 64), 500.0))
     torch.testing.assert_close(huge, torch.full_like(huge, 1 / 64))
 
@@ -111,7 +114,7 @@ def test_fusing_early_equals_concatenating_first() -> None:
     fuse = Fuse(CHANNELS, 24).eval()
     maps = [torch.randn(1, c, 56 >> i, 56 >> i) for i, c in enumerate(CHANNELS)]
     up = [functional.interpolate(m, size=(56, 56), mode="bilinear", align_corners=False) for m in maps]
-    weight = torch.cat([m.weight for m in fuse.merge], dim=1)
+    weight = torch.cat([m.get_parameter("weight") for m in fuse.merge], dim=1)
     expected = functional.relu(fuse.norm(functional.conv2d(torch.cat(up, dim=1), weight)))
     torch.testing.assert_close(fuse(maps), expected, rtol=1e-4, atol=1e-5)
 
@@ -184,9 +187,10 @@ def test_depth_becomes_height_over_the_table() -> None:
 
 
 @pytest.mark.parametrize(("kind", "channels"), [("rgbd", 4), ("rgb", 3), ("depth", 1)])
-def test_input_channels(kind: str, channels: int) -> None:
+def test_input_channels(kind: Kind, channels: int) -> None:
     rng = np.random.default_rng(0)
-    rgb, depth = rng.integers(0, 255, (30, 40, 3), dtype=np.uint8), rng.uniform(0.5, 0.8, (30, 40)).astype(np.float32)
+    rgb = rng.integers(0, 255, (30, 40, 3), dtype=np.uint8)
+    depth = rng.uniform(0.5, 0.8, (30, 40)).astype(np.float32)
     x = to_input(rgb, depth, kind)
     assert x.shape == (channels, 30, 40)
     assert x.dtype == np.float32

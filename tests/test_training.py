@@ -59,7 +59,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     rng = np.random.default_rng(1)
     lines = []
     for k in range(8):
-        grasp = Grasp(*rng.uniform(120, 200, 2), rng.uniform(-1.5, 1.5), rng.uniform(40, 60))
+        x, y = rng.uniform(120, 200, 2)
+        grasp = Grasp(x, y, rng.uniform(-1.5, 1.5), rng.uniform(40, 60))
         store_scene(folder / f"scenes/{k:06d}.npz", draw_scene([grasp], seed=k))
         lines.append(json.dumps({"scene": f"{k:06d}", "file": f"scenes/{k:06d}.npz",
                                  "split": "val" if k >= 6 else "train"}))
@@ -185,6 +186,7 @@ def test_loss_without_any_grasp() -> None:
     loss = grasp_loss(output, torch.zeros(2, 4, 3, 3))["loss"]
     loss.backward()
     assert loss.item() == pytest.approx(0.5)
+    assert output.grad is not None
     assert torch.isfinite(output.grad).all()
 
 
@@ -263,9 +265,9 @@ def spoil_text(path: Path) -> None:
 
 
 def spoil_small(path: Path) -> None:
-    zeros = np.zeros((64, 64))
-    np.savez(path, rgb=np.zeros((64, 64, 3), np.uint8), depth=zeros.astype(np.uint16), quality=zeros.astype(np.uint8),
-             angle=zeros.astype(np.float16), width=zeros.astype(np.float16), grasps=np.zeros((0, 5), np.float32))
+    scene, part = draw_scene([]), np.s_[:64, :64]
+    np.savez(path, rgb=scene.rgb[part], depth=scene.depth[part], quality=scene.quality[part],
+             angle=scene.angle[part], width=scene.width[part], grasps=scene.grasps)
 
 
 @pytest.mark.parametrize("spoil", [spoil_truncated, spoil_pickled, spoil_shape, spoil_nan, spoil_missing,
@@ -274,7 +276,7 @@ def test_damaged_scenes_are_named(spoil, tmp_path: Path) -> None:
     path = tmp_path / "000007.npz"
     store_scene(path, draw_scene([]))
     spoil(path)
-    with pytest.raises(AssetError, match="000007.npz"):
+    with pytest.raises(AssetError, match=r"000007\.npz"):
         load_scene(path, CROP)
 
 
@@ -287,7 +289,7 @@ def test_damaged_index_is_named_with_its_line(line: str, tmp_path: Path) -> None
 
 
 def test_no_data_at_all(tmp_path: Path) -> None:
-    with pytest.raises(AssetError, match="index.jsonl"):
+    with pytest.raises(AssetError, match=r"index\.jsonl"):
         load_scenes([tmp_path / "nowhere"])
     (tmp_path / "index.jsonl").write_text("")
     with pytest.raises(AssetError, match="no scene"):
@@ -309,7 +311,7 @@ def test_training_lowers_the_loss(folder: Path, tmp_path: Path) -> None:
     assert json.loads((tmp_path / "log.jsonl").read_text().splitlines()[-1])["scenes"] == 2
 
 
-class Killed(Exception):
+class Killed(Exception):  # noqa: N818
     """Stands for kill −9: nothing after it runs."""
 
 
@@ -326,7 +328,8 @@ def test_resumed_run_equals_unbroken_run(network: str, folder: Path, tmp_path: P
     with pytest.raises(Killed):
         train(config, scenes, tmp_path / "broken", kill)
     steps: list[int] = []
-    resumed = train(config, scenes, tmp_path / "broken", lambda done, *_: steps.append(done)).network.state_dict()
+    again = train(config, scenes, tmp_path / "broken", lambda done, *_: steps.append(done))
+    resumed = again.network.state_dict()
     assert steps == [4, 5, 6]
     for name, value in whole.items():
         assert torch.equal(value, resumed[name]), name

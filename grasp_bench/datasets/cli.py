@@ -91,7 +91,8 @@ def _check_config(out: Path, seed: int, config: SynthConfig) -> None:
     if path.is_file():
         found = {k: v for k, v in json.loads(path.read_text()).items() if k in wanted}
         if found != wanted:
-            raise GraspBenchError(f"{out} holds scenes made with {found}, not with {wanted}; choose another folder.")
+            raise GraspBenchError(f"{out} holds scenes made with {found}, not with {wanted}; "
+                                  "choose another folder.")
     versions = {"python": platform.python_version(), "numpy": np.__version__, "mujoco": mujoco.__version__}
     _write(path, (json.dumps(wanted | {"versions": versions}, indent=1) + "\n").encode())
 
@@ -225,7 +226,8 @@ def _strip(scene: Any, title: str) -> NDArray[np.uint8]:
     cv2.putText(photo, title, (4, 14), cv2.FONT_HERSHEY_SIMPLEX, 0.45, (128, 0, 128), 1, cv2.LINE_AA)
     depth = scene.depth.astype(float)
     near, far = np.percentile(depth[depth > 0], [0.5, 99.5])
-    grey = np.where(depth > 0, 230 - 200 * np.clip((depth - near) / max(far - near, 1), 0, 1), 0).astype(np.uint8)
+    shade = 230 - 200 * np.clip((depth - near) / max(far - near, 1), 0, 1)
+    grey = np.where(depth > 0, shade, 0).astype(np.uint8)
     heat = cv2.applyColorMap(scene.quality, cv2.COLORMAP_INFERNO)[..., ::-1]
     hue = np.mod(scene.angle.astype(float) * 180 / np.pi, 180).astype(np.uint8)
     on = np.where(scene.quality > 12, 255, 0).astype(np.uint8)

@@ -49,18 +49,13 @@ class RandomObject:
 
 # ---------------------------------------------------------------- sizes and colours
 
-def grip(rng: Rng) -> float:
-    """A thickness [mm] that mostly fits the jaws."""
-    return log_uniform(rng, 8, 72) if rng.random() < 0.9 else log_uniform(rng, 72, 130)
-
-
 def box_size(rng: Rng) -> Floats:
     """(3,) edges [mm]: compact, elongated, flat or small."""
     kind = rng.random()
     if kind < 0.35:
         return np.clip(log_uniform(rng, 20, 80) * rng.uniform(0.45, 1.3, 3), 12, 110)
     if kind < 0.65:
-        return np.array([log_uniform(rng, 80, 290), log_uniform(rng, 8, 50), log_uniform(rng, 8, 40)])
+        return np.array([log_uniform(rng, 80, 290), log_uniform(rng, 9, 50), log_uniform(rng, 9, 40)])
     if kind < 0.85:
         return np.array([log_uniform(rng, 40, 200), log_uniform(rng, 18, 78), log_uniform(rng, 7, 22)])
     return rng.uniform(12, 40, 3)
@@ -120,7 +115,7 @@ def cutout(rng: Rng) -> Parts:
 
 def bar(rng: Rng) -> Parts:
     """A straight, curved or hooked bar."""
-    return [[solids.bar(rng, log_uniform(rng, 60, 290), log_uniform(rng, 7, 32), log_uniform(rng, 7, 26))]]
+    return [[solids.bar(rng, log_uniform(rng, 60, 290), log_uniform(rng, 8, 32), log_uniform(rng, 8, 26))]]
 
 
 def loop(rng: Rng) -> Parts:
@@ -218,8 +213,9 @@ def two_loops(rng: Rng) -> Parts:
     """Two loops side by side, joined by a bridge."""
     width, thick, height = log_uniform(rng, 35, 75), log_uniform(rng, 7, 12), log_uniform(rng, 7, 16)
     depth, gap = width * rng.uniform(0.6, 1), rng.uniform(0, 40)
-    eyes = [solids.loop(rng, width, depth, thick, height).placed((0, 0, turn), (side * (width + gap) / 2, 0, 0))
-            for side, turn in ((-1, 180), (1, 0))]
+    reach = (width + gap) / 2
+    eyes = [solids.loop(rng, width, depth, thick, height).placed((0, 0, turn), (x, 0, 0))
+            for x, turn in ((-reach, 180), (reach, 0))]
     bridge = solids.block(rng, np.array([gap + 1.6 * thick, thick, height]))
     return [eyes, [bridge.placed(offset=(0, rng.uniform(-0.2, 0.2) * depth, 0))]]
 

@@ -42,7 +42,8 @@ class Solid:
 
     def placed(self, rotation: ArrayLike = (0, 0, 0), offset: ArrayLike = (0, 0, 0)) -> Solid:
         """Copy turned by fixed-axis ``rotation`` angles (x, y, z) [deg], then moved by ``offset``."""
-        turn, shift = Rotation.from_euler("xyz", rotation, degrees=True).as_matrix(), np.asarray(offset, float)
+        turn = Rotation.from_euler("xyz", rotation, degrees=True).as_matrix()
+        shift = np.asarray(offset, float)
         return self.mapped(lambda v: v @ turn.T + shift)
 
     def scaled(self, factors: ArrayLike) -> Solid:
@@ -125,7 +126,8 @@ def _frustum(low: Floats, high: Floats, start: float = 0.0, stop: float = 2 * np
              points: int = SEGMENTS) -> Floats:
     """Points on the circles of (r, z) ``low`` and ``high`` between two angles."""
     t = np.linspace(start, stop, points, endpoint=stop - start < 2 * np.pi - 1e-9)
-    return np.vstack([np.column_stack([r * np.cos(t), r * np.sin(t), np.full(points, z)]) for r, z in (low, high)])
+    return np.vstack([np.column_stack([r * np.cos(t), r * np.sin(t), np.full(points, z)])
+                      for r, z in (low, high)])
 
 
 def _profile(rng: Rng, count: int, least: float) -> Floats:
@@ -219,7 +221,8 @@ def figure(rng: Rng, width: float, depth: float) -> Polygon:
         shape = shapes.star(int(rng.integers(3, 8)), 1.0, rng.uniform(0.4, 0.8))
     elif kind == 5:
         angles = np.linspace(0, 2 * np.pi, int(rng.integers(5, 11)), endpoint=False)
-        shape = Polygon(rng.uniform(0.45, 1, (len(angles), 1)) * np.column_stack([np.cos(angles), np.sin(angles)]))
+        radii = rng.uniform(0.45, 1, (len(angles), 1))
+        shape = Polygon(radii * np.column_stack([np.cos(angles), np.sin(angles)]))
     elif kind == 6:
         shape = shapes.circle(1, segments=16).difference(shapes.circle(rng.uniform(0.4, 0.75), segments=12))
     elif kind == 7:
@@ -243,7 +246,8 @@ def cutout(rng: Rng, size: ArrayLike) -> Solid:
 def swept(path: ArrayLike, section: Polygon, scales: ArrayLike | None = None, closed: bool = False) -> Solid:
     """Bar along a ``path`` (N, 2) in the xy plane; the section's x lies in that plane."""
     points = np.asarray(path, float)
-    mesh = shapes.sweep(section, np.column_stack([points, np.zeros(len(points))]), scales=scales, closed=closed)
+    path3 = np.column_stack([points, np.zeros(len(points))])
+    mesh = shapes.sweep(section, path3, scales=scales, closed=closed)
     corners = len(section.exterior.coords) - 1
     rings = np.asarray(mesh.vertices)[:len(points) * corners].reshape(len(points), corners, 3)
     rings = np.concatenate([rings, rings[:1]]) if closed else rings
@@ -285,7 +289,8 @@ def loop(rng: Rng, width: float, depth: float, thickness: float, height: float) 
     t = np.linspace(0, 2 * np.pi, 14, endpoint=False)
     e = rng.uniform(0.5, 1.0)
     x, y = (np.sign(f(t)) * np.abs(f(t)) ** e for f in (np.cos, np.sin))
-    path = np.column_stack([(width - thickness) / 2 * x, (depth - thickness) / 2 * y * (1 + rng.uniform(-0.3, 0.3) * x)])
+    y *= 1 + rng.uniform(-0.3, 0.3) * x
+    path = np.column_stack([(width - thickness) / 2 * x, (depth - thickness) / 2 * y])
     return swept(path, section(rng, thickness, height), closed=True).centred()
 
 

@@ -20,11 +20,11 @@ import cv2
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from grasp_bench.camera import CameraPose, Intrinsics
+from grasp_bench.camera import Intrinsics
+from grasp_bench.datasets import labels
 from grasp_bench.datasets.random_shapes import RandomObject, random_color, random_object
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.objects import heightfield
@@ -47,8 +47,6 @@ MARGIN = 0.06
 """Table analysed around the objects [m]."""
 REACH = 0.13
 """Objects whose centre rolls farther than this from the table's are drawn anew [m]."""
-NEAR, ALIKE = 0.008, np.radians(15)
-"""A tried grasp speaks for cells this near [m] whose jaws differ by less than this."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +60,7 @@ class SynthConfig:
         spread: half side of the square in which objects are put [m].
         tries: grasps tried in physics per scene.
         refuted: factor on the quality of what failed in physics.
+        hopeless: share of the scenes without a grasp that held which is kept.
     """
 
     scenario: str = "table4"
@@ -70,29 +69,7 @@ class SynthConfig:
     spread: float = 0.07
     tries: int = 8
     refuted: float = 0.2
-
-
-@dataclass(frozen=True)
-class View:
-    """The stored part of the camera's image: its intrinsics, and world rays (S, S, 3) with z-depth 1."""
-
-    intrinsics: Intrinsics
-    pose: CameraPose
-    rays: Floats
-
-    def on_plane(self, height: Floats) -> Floats:
-        """World x, y (S, S, 2) at which each pixel sees the plane of its ``height`` (S, S)."""
-        distance = (height - self.pose.position[2]) / self.rays[..., 2]
-        return self.pose.position[:2] + self.rays[..., :2] * distance[..., None]
-
-    def grasps(self, centre: Floats, yaw: NDArray, opening: NDArray) -> tuple[Floats, Floats, Floats]:
-        """Pixel (…, 2), angle and width of grasps about world points (…, 3), as the planner reads them."""
-        half = 0.5 * opening[..., None] * np.stack([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)], axis=-1)
-        ends = [self.intrinsics.project(self.pose.to_camera(centre + s * half)) for s in (-1, 1)]
-        dx, dy = np.moveaxis(ends[1] - ends[0], -1, 0)
-        angle = np.arctan2(-dy, dx)
-        wrapped = angle - np.pi * np.ceil(angle / np.pi - 0.5)
-        return (ends[0] + ends[1]) / 2, wrapped, np.hypot(dx, dy)
+    hopeless: float = 0.3
 
 
 def make_scene(seed: int, index: int, config: SynthConfig) -> Arrays:
@@ -104,7 +81,9 @@ def make_scene(seed: int, index: int, config: SynthConfig) -> Arrays:
         objects = [random_object(rng) for _ in range(count)]
         gripper = FloatingGripper(compile_mjcf(compose_floating(scenario, list(objects))), scenario, count)
         if arrange(gripper, objects, config.spread, rng):
-            return record(gripper, objects, config, rng)
+            scene = record(gripper, objects, config, rng)
+            if config.tries == 0 or len(scene["grasps"]) or rng.random() < config.hopeless:
+                return scene
     raise GraspBenchError(f"scene {index} of seed {seed}: nothing came to rest in {LAYOUTS} layouts")
 
 
@@ -116,8 +95,8 @@ def jittered(scenario: Scenario, rng: Rng) -> Scenario:
     up = np.array(camera.image_up) @ Rotation.from_euler("z", roll).as_matrix().T
     moved = camera.model_copy(update={
         "position": tuple(camera.position + rng.uniform(-0.01, 0.01, 3)),
-        "target": tuple(camera.target + rng.uniform([-0.01, -0.01, 0], [0.01, 0.01, 0])), "image_up": tuple(up)})
-    color = scenario.table.color if rng.random() < 0.25 else random_color(rng)
+        "target": tuple(camera.target + rng.uniform(-0.01, 0.01, 3) * [1, 1, 0]), "image_up": tuple(up)})
+    color = scenario.table.color if rng.random() < 0.4 else random_color(rng)
     table = scenario.table.model_copy(update={"color": tuple(np.clip(color + rng.normal(0, 0.03, 3), 0, 1))})
     return scenario.model_copy(update={"camera": moved, "table": table,
                                        "sensor": _noisier(scenario.sensor, rng.uniform(0.3, 1.7))})
@@ -140,7 +119,8 @@ def arrange(gripper: FloatingGripper, objects: list[RandomObject], spread: float
         low, high = cloud.min(0), cloud.max(0)
         for _ in range(8):  # beside the others where there is room, else upon them
             place = centre + rng.uniform(-spread, spread, 2)
-            below = [b for a, b in boxes if (low[:2] + place < b[:2]).all() and (high[:2] + place > a[:2]).all()]
+            below = [b for a, b in boxes
+                     if (low[:2] + place < b[:2]).all() and (high[:2] + place > a[:2]).all()]
             if not below:
                 break
         z = max((b[2] for b in below), default=0.0) + 0.001 - low[2]
@@ -172,19 +152,19 @@ def record(gripper: FloatingGripper, objects: list[RandomObject], config: SynthC
     full, pose = scenario.camera.intrinsics, scenario.camera.pose
     left, upper = (full.width - config.size) // 2, (full.height - config.size) // 2
     crop = Intrinsics(config.size, config.size, full.fx, full.fy, full.cx - left, full.cy - upper)
-    view = View(crop, pose, crop.rays() @ pose.rotation.T)
-    picture = raycast(gripper.model, gripper.data, pose.position, crop.rays() @ pose.rotation.T)
+    view = labels.View(crop, pose, crop.rays() @ pose.rotation.T)
+    picture = raycast(gripper.model, gripper.data, pose.position, view.rays)
     image = sense(picture._replace(rgb=photo(gripper.model, picture, rng)), crop, scenario.sensor, rng)
 
-    bodies = [gripper.data.body(f"object{i}").xpos.copy() for i in range(len(objects))]
+    centres = np.array([gripper.data.body(f"object{i}").xpos[:2] for i in range(len(objects))])
     field = _heights(gripper, objects)
-    found = heightfield.analyse(field)
+    yaws = heightfield.YAWS + rng.uniform(0, heightfield.YAWS[1])  # no direction is favoured
+    found = labels.polished(heightfield.analyse(field, yaws))
     if len(objects) > 1:
-        found = _balanced(gripper, found, field, view, picture, bodies)
-    chosen = candidates(found, config.tries, rng)
+        found = labels.balanced(found, field, view, _owner(gripper, picture, len(objects)), centres)
+    chosen = labels.candidates(found, config.tries, rng)
     state = gripper.state()
     held = np.array([_attempt(gripper, state, found, field, cell) for cell in chosen], bool)
-    quality = refute(found, chosen, held, config.refuted)
     rows, columns = np.array(chosen, int).reshape(-1, 2).T
     centre = np.column_stack([field.origin[0] + columns * CELL, field.origin[1] + rows * CELL,
                               found.top[rows, columns]])
@@ -194,7 +174,8 @@ def record(gripper: FloatingGripper, objects: list[RandomObject], config: SynthC
     grasps[:, 4] = 1
     return {
         "rgb": image.rgb, "depth": _packed(image.depth), "depth_true": _packed(picture.depth),
-        **dense(view, found, quality, field, picture), "grasps": grasps, "tried": tried,
+        **labels.dense(view, labels.refute(found, chosen, held, config.refuted), field, picture),
+        "grasps": grasps, "tried": tried,
         "objects": np.array(len(objects)), "intrinsics": np.array([crop.fx, crop.fy, crop.cx, crop.cy]),
         "camera_position": pose.position, "camera_rotation": pose.rotation}
 
@@ -210,7 +191,7 @@ def photo(model: mujoco.MjModel, picture: Picture, rng: Rng) -> NDArray[np.uint8
     coarse = rng.standard_normal([(2, 2), (h // 4, w // 4), (3, w // 3)][grain]).astype(np.float32)
     coarse = coarse.T if rng.random() < 0.5 else coarse
     pattern = 1 + rng.uniform(0.02, 0.1) * cv2.resize(coarse, (w, h), interpolation=cv2.INTER_CUBIC)
-    light = rng.uniform(0.6, 1.3) * (1 + rng.uniform(-0.07, 0.07, 3))
+    light = rng.uniform(0.7, 1.3) * (1 + rng.uniform(-0.07, 0.07, 3))
     slope = rng.uniform(-0.2, 0.2, 2)
     shade = 1 + slope[0] * np.linspace(-1, 1, h)[:, None] + slope[1] * np.linspace(-1, 1, w)
     shade = np.where(picture.geom == model.geom(TABLE).id, shade * pattern, shade)
@@ -230,71 +211,14 @@ def _heights(gripper: FloatingGripper, objects: list[RandomObject]) -> HeightFie
                            float((high - low).max()) / 2 + MARGIN)
 
 
-def _balance(offset: Floats) -> Floats:
-    """The part of the analysis' quality that depends on the distance to the centre of mass (…, 2) [m]."""
-    return 0.25 + 0.75 * np.exp(-(offset**2).sum(-1) / 0.07**2)
-
-
-def _balanced(gripper: FloatingGripper, found: GraspField, field: HeightField, view: View, picture: Picture,
-              bodies: list[Floats]) -> GraspField:
-    """Quality for the centre of mass of the object seen at each cell, or of the next one seen."""
-    ids = [gripper.model.body(f"object{i}").id for i in range(len(bodies))]
-    body = np.where(picture.geom >= 0, gripper.model.geom_bodyid[picture.geom], -1)
-    nearest = distance_transform_edt(~np.isin(body, ids), return_distances=False, return_indices=True)
-    owner = np.searchsorted(ids, body[tuple(nearest)])
-    rows, columns = np.indices(found.top.shape)
-    xy = np.array(field.origin) + CELL * np.stack([columns, rows], axis=-1)
-    pixel = view.intrinsics.project(view.pose.to_camera(np.concatenate([xy, found.top[..., None]], axis=-1)))
-    u, v = np.clip(pixel, 0, len(body) - 1).astype(int).transpose(2, 0, 1)
-    own = np.array(bodies)[owner[v, u], :2]
-    quality = found.quality * _balance(xy - own) / _balance(xy - np.array(field.centre_of_mass))
-    return GraspField(np.clip(quality, 0, 1).astype(np.float32), found.yaw, found.opening, found.tip, found.top)
-
-
-def candidates(found: GraspField, count: int, rng: Rng) -> list[tuple[int, int]]:
-    """Cells (row, column) to try: mostly the best maxima of quality, and some of the rest."""
-    apart: list[tuple[int, int]] = []
-    for cell in heightfield.maxima(found, 400, threshold=0.05):
-        if all(np.hypot(cell[0] - r, cell[1] - c) * CELL > NEAR for r, c in apart):
-            apart.append(cell)
-    best = min(len(apart), -(-5 * count // 8))
-    others = rng.permutation(np.arange(best, len(apart)))[:count - best]
-    return apart[:best] + [apart[i] for i in np.sort(others)]
+def _owner(gripper: FloatingGripper, picture: Picture, count: int) -> NDArray[np.int64]:
+    """(S, S) number of the object that each pixel shows, −1 for none."""
+    number = np.full(gripper.model.nbody + 1, -1)
+    number[[gripper.model.body(f"object{i}").id for i in range(count)]] = np.arange(count)
+    return number[np.where(picture.geom >= 0, gripper.model.geom_bodyid[picture.geom], -1)]
 
 
 def _attempt(gripper: FloatingGripper, state: tuple[Floats, Floats], found: GraspField, field: HeightField,
              cell: tuple[int, int]) -> bool:
     tip = np.array([field.origin[0] + cell[1] * CELL, field.origin[1] + cell[0] * CELL, found.tip[cell]])
     return gripper.attempt(state, tip, float(found.yaw[cell]), float(found.opening[cell])).held
-
-
-def refute(found: GraspField, cells: list[tuple[int, int]], held: NDArray[np.bool_], factor: float
-           ) -> NDArray[np.float32]:
-    """Quality times ``factor`` where the nearest grasp tried with like jaws failed."""
-    rows, columns = np.indices(found.quality.shape)
-    nearest, verdict = np.full(found.quality.shape, NEAR + 1e-6), np.ones(found.quality.shape, bool)
-    for (row, column), success in zip(cells, held, strict=True):
-        distance = CELL * np.hypot(rows - row, columns - column)
-        turn = np.abs((found.yaw - found.yaw[row, column] + np.pi / 2) % np.pi - np.pi / 2)
-        closer = (distance < nearest) & (turn <= ALIKE)
-        nearest[closer], verdict[closer] = distance[closer], success
-    return (found.quality * np.where(verdict, 1, factor)).astype(np.float32)
-
-
-def dense(view: View, found: GraspField, quality: NDArray[np.float32], field: HeightField, picture: Picture
-          ) -> Arrays:
-    """Label maps: each pixel has the best grasp of the cell it sees on the plane of that grasp's top."""
-    top = np.clip(view.pose.position[2] + view.rays[..., 2] * picture.depth, 0, None)
-    for _ in range(3):  # what the pixel sees itself, then twice more accurately
-        at = view.on_plane(top)
-        columns, rows = np.rint((at - field.origin) / CELL).astype(int).transpose(2, 0, 1)
-        inside = (rows >= 0) & (columns >= 0) & (rows < quality.shape[0]) & (columns < quality.shape[1])
-        cell = np.where(inside, rows, 0), np.where(inside, columns, 0)
-        value = np.where(inside, quality[cell], 0)
-        top = np.where(value > 0, found.top[cell], top)
-    stored = np.rint(255 * value).astype(np.uint8)
-    centre = np.concatenate([view.on_plane(top), top[..., None]], axis=-1)
-    _, angle, width = view.grasps(centre, found.yaw[cell], found.opening[cell])
-    on = stored > 0
-    return {"quality": stored, "angle": np.where(on, angle, 0).astype(np.float16),
-            "width": np.where(on, width, 0).astype(np.float16)}

@@ -113,7 +113,7 @@ def check_manifest(path: Path) -> None:
     except (ValueError, AttributeError) as error:
         raise AssetError(f"{manifest} is not a JSON object of file: sha256 ({error}); restore it.") from error
     if expected is not None and sha256(path) != expected:
-        raise AssetError(f"{path} does not have the SHA-256 listed in {manifest.name} ({str(expected)[:12]}…): "
+        raise AssetError(f"{path} does not have the SHA-256 in {manifest.name} ({str(expected)[:9]}…): "
                          f"it was altered or only partly fetched; restore it, e.g. reinstall grasp-bench.")
 
 

@@ -33,9 +33,10 @@ MAX_POSES = 6
 LEAST_PROBABILITY = 0.03
 SAME_POSE = np.radians(20)
 """Resting directions nearer than this are one pose (the facets of a round can)."""
-TRIED = 24
-"""Candidate grasps tried in physics for each pose."""
-KEPT = 12
+TRIED = 16
+"""Candidate grasps tried in physics for each pose at most."""
+KEPT = 6
+"""Reference grasps after which no more are tried."""
 STARS = 1e3
 """Height from which rays are cast so far down that they are parallel [m]."""
 
@@ -110,7 +111,9 @@ def reference_grasps(gripper: FloatingGripper, position: Floats, rotation: Float
             kept.append({"tip": np.round(rotation.T @ (tip - position), 5).tolist(),
                          "axis": np.round(rotation.T @ axis, 5).tolist(), "width": round(opening, 4),
                          "top": round(float(found.top[row, column]), 4), "score": round(score, 4)})
-    return sorted(kept, key=lambda g: -g["score"])[:KEPT]
+            if len(kept) == KEPT:
+                break
+    return sorted(kept, key=lambda g: -g["score"])
 
 
 def build_rest(folder: Path) -> bool:

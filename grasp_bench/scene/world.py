@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import mujoco
@@ -71,6 +72,8 @@ class World:
         self._is_robot = np.array([n.startswith(ARM_PREFIX) for n in names])
         self._is_table = np.array([model.geom(i).name == TABLE for i in range(model.ngeom)])
         self.steps = 0
+        self.observer: Callable[[World], None] | None = None
+        """Called after every sample of a motion: for films and logs, never to act."""
         self.go_home()
 
     # ------------------------------------------------------------ setting up
@@ -131,6 +134,8 @@ class World:
         for q, velocity, finger in zip(motion.positions, motion.velocities, jaws, strict=True):
             self.command(q, velocity, float(finger))
             self.step(self.scenario.physics.control_steps)
+            if self.observer is not None:
+                self.observer(self)
 
     # ------------------------------------------------------------ reading
 

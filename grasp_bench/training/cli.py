@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -30,16 +30,18 @@ def train_command(
     masked: Annotated[bool, typer.Option(
         "--masked/--unmasked", help="Angle and width errors only where there is a grasp; "
                                     "unmasked is the paper's equation 7.")] = True,
-    geometry_weight: Annotated[float, typer.Option(help="Weight of the masked angle and width errors.")] = 0.1,
+    geometry_weight: Annotated[float, typer.Option(
+        help="Weight of the masked angle and width errors.")] = 0.1,
     positive_weight: Annotated[float, typer.Option(
         help="Extra weight of quality errors where there is a grasp.", min=0)] = 0.0,
     ema: Annotated[float, typer.Option(help="Decay of averaged weights, e.g. 0.999; 0 = off.", min=0)] = 0.0,
     augment: Annotated[bool, typer.Option(help="Random rotation, mirror, scale, shift and colour.")] = True,
-    precision: Annotated[str, typer.Option(
+    precision: Annotated[Literal["auto", "fp32", "bf16"], typer.Option(
         help="fp32, bf16, or auto: bf16 where the processor or GPU multiplies in it.")] = "auto",
     workers: Annotated[int, typer.Option(help="Threads that prepare batches.", min=1)] = 1,
     threads: Annotated[int, typer.Option(
-        help="Threads of the network; 0 = all cores but one. Use 1 where others share the machine.", min=0)] = 0,
+        help="Threads of the network; 0 = all cores but one. Use 1 where others share the machine.",
+        min=0)] = 0,
     checkpoint_every: Annotated[int, typer.Option(help="Steps between checkpoints.", min=1)] = 500,
     validate_every: Annotated[int, typer.Option(help="Steps between validations.", min=1)] = 500,
     export: Annotated[bool, typer.Option(

@@ -97,7 +97,8 @@ def load_scene(path: Path, crop: int = 0) -> Scene:
     try:
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in _ARRAYS}
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError) as error:
+    except (OSError, ValueError, KeyError, EOFError, NotImplementedError,
+            zipfile.BadZipFile, zlib.error) as error:
         raise AssetError(f"Scene {path} is truncated or lacks an array ({error}); "
                          f"delete it and generate it again.") from error
     _check(path, arrays, crop)
@@ -115,14 +116,16 @@ def _check(path: Path, arrays: dict[str, NDArray], crop: int) -> None:
         if array.dtype.kind == "f" and not np.isfinite(array).all():
             raise AssetError(f"Scene {path}: {name} has values that are not finite; generate it again.")
     if size < max(crop, 1):
-        raise AssetError(f"Scene {path} has {size} px a side, but the network needs {crop}; render it larger.")
+        raise AssetError(f"Scene {path} has {size} px a side, but the network needs {crop}; "
+                         f"render it larger.")
 
 
 def _read_index(path: Path) -> list[dict[str, str]]:
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise AssetError(f"Index {path} cannot be read ({error}); give a folder of generated scenes.") from error
+        raise AssetError(f"Index {path} cannot be read ({error}); "
+                         f"give a folder of generated scenes.") from error
     entries = []
     for number, line in enumerate(lines, 1):
         if not line.strip():
@@ -134,8 +137,8 @@ def _read_index(path: Path) -> list[dict[str, str]]:
             raise AssetError(f"{path}, line {number}: not a JSON object with 'file' and 'split' ({error!r}); "
                              f"delete the line or generate the data again.") from error
         if split not in ("train", "val") or not isinstance(file, str) or _leaves(file):
-            raise AssetError(f"{path}, line {number}: 'split' must be train or val and 'file' a path inside the "
-                             f"folder, got {split!r} and {file!r}.")
+            raise AssetError(f"{path}, line {number}: 'split' must be train or val and 'file' a path inside "
+                             f"the folder, got {split!r} and {file!r}.")
         entries.append(entry)
     return entries
 

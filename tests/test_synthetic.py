@@ -1,0 +1,150 @@
+"""Synthetic scenes: reproducible, well-formed, and labelled with grasps that the planner reads back."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from grasp_bench.camera import CameraPose, Intrinsics, RgbdImage
+from grasp_bench.datasets import cli, random_solids
+from grasp_bench.datasets.random_shapes import RandomObject, assemble, random_object
+from grasp_bench.datasets.synthetic import SynthConfig, make_scene, record
+from grasp_bench.errors import GraspBenchError
+from grasp_bench.grasps import Grasp, angle_difference
+from grasp_bench.motion.planner import SeenScene, grasp_pose
+from grasp_bench.objects.shapes import Mesh, box, union
+from grasp_bench.scenario import Scenario, load_scenario
+from grasp_bench.scene.builder import compile_mjcf
+from grasp_bench.scene.floating import FloatingGripper, compose_floating
+from grasp_bench.training.dataset import DEPTH_UNIT, load_scenes
+
+QUICK = SynthConfig(tries=2)
+
+
+def same(first: dict[str, np.ndarray], second: dict[str, np.ndarray]) -> bool:
+    return first.keys() == second.keys() and all(np.array_equal(first[k], second[k]) for k in first)
+
+
+@pytest.fixture(scope="module")
+def scenes() -> list[dict[str, np.ndarray]]:
+    return [make_scene(11, i, QUICK) for i in range(3)]
+
+
+# ---------------------------------------------------------------- scenes
+
+def test_scene_depends_on_seed_and_index_only(scenes: list[dict[str, np.ndarray]]) -> None:
+    assert same(make_scene(11, 1, QUICK), scenes[1])
+    assert not same(make_scene(12, 1, QUICK), scenes[1])
+
+
+def test_arrays_have_their_types_and_ranges(scenes: list[dict[str, np.ndarray]]) -> None:
+    for scene in scenes:
+        assert scene["rgb"].shape == (320, 320, 3) and scene["rgb"].dtype == np.uint8
+        for name, kind in (("depth", np.uint16), ("depth_true", np.uint16), ("quality", np.uint8),
+                           ("angle", np.float16), ("width", np.float16)):
+            assert scene[name].shape == (320, 320) and scene[name].dtype == kind
+        assert np.isfinite(scene["angle"]).all() and (np.abs(scene["angle"]) <= math.pi / 2).all()
+        on = scene["quality"] > 0
+        assert (scene["width"][on] > 4).all() and (scene["width"] < 90).all()
+        assert not scene["angle"][~on].any() and not scene["width"][~on].any()
+        assert scene["tried"].shape[1] == 6 and len(scene["tried"]) <= 2
+        assert len(scene["grasps"]) == scene["tried"][:, 5].sum() and (scene["grasps"][:, 4] == 1).all()
+        assert 0.4 < np.median(scene["depth_true"]) * DEPTH_UNIT < 0.7
+
+
+# ---------------------------------------------------------------- files
+
+def test_files_do_not_depend_on_workers_and_are_kept(tmp_path: Path) -> None:
+    one, two = tmp_path / "one", tmp_path / "two"
+    cli.generate(one, 2, 7, QUICK, workers=1)
+    kept = one / "scenes" / "000000.npz"
+    stamp = kept.stat().st_mtime_ns
+    (one / "scenes" / "000001.npz").write_bytes(b"cut off")
+    cli.generate(one, 3, 7, QUICK, workers=1)
+    assert kept.stat().st_mtime_ns == stamp
+    cli.generate(two, 3, 7, QUICK, workers=2)
+    assert (one / "index.jsonl").read_text() == (two / "index.jsonl").read_text()
+    for i in range(3):
+        with np.load(one / f"scenes/{i:06d}.npz") as a, np.load(two / f"scenes/{i:06d}.npz") as b:
+            assert same(dict(a), dict(b))
+    loaded = load_scenes([two])
+    assert [s.name for s in loaded.val] == ["000000"] and len(loaded.train) == 2
+    sheet = tmp_path / "sheet.png"
+    cli.show_command(two, 3, sheet)
+    assert sheet.stat().st_size > 10000
+    with pytest.raises(GraspBenchError, match="another folder"):
+        cli.generate(two, 3, 8, QUICK)
+
+
+# ---------------------------------------------------------------- labels
+
+def on_table(model: RandomObject, scenario: Scenario, x: float, y: float) -> dict[str, np.ndarray]:
+    """Scene of one object put down as it is modelled, unturned."""
+    gripper = FloatingGripper(compile_mjcf(compose_floating(scenario, [model])), scenario)
+    q = gripper.object_q[0]
+    gripper.data.qpos[q:q + 3] = x, y, 0.0005 - min(h[:, 2].min() for h in model.hulls)
+    assert gripper.settle(1.0)
+    return record(gripper, [model], SynthConfig(tries=4), np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("roll", [0.0, 20.0])
+def test_best_grasp_of_a_box_is_across_it(roll: float) -> None:
+    base = load_scenario("table4")
+    up = (math.cos(math.radians(roll)), math.sin(math.radians(roll)), 0.0)
+    camera = base.camera.model_copy(update={"image_up": up, "position": (0.508, -0.006, 0.55)})
+    scenario = base.model_copy(update={"camera": camera})
+    model = assemble(np.random.default_rng(1), [[random_solids.convex(box(120, 30, 40))]], "box")
+    x, y = 0.54, 0.05
+    scene = on_table(model, scenario, x, y)
+    fx, fy, cx, cy = scene["intrinsics"]
+    pose = CameraPose(scene["camera_position"], scene["camera_rotation"])
+    intrinsics = Intrinsics(320, 320, fx, fy, cx, cy)
+    depth = (scene["depth_true"] * DEPTH_UNIT).astype(np.float32)
+    seen = SeenScene(RgbdImage(scene["rgb"], depth, intrinsics), pose)
+
+    row, column = np.unravel_index(np.argmax(scene["quality"]), scene["quality"].shape)
+    assert scene["quality"][row, column] > 100
+    angle, width = (float(scene[k][row, column]) for k in ("angle", "width"))
+    label = Grasp(column + 0.5, row + 0.5, angle, width)
+    for grasp in (label, *(Grasp(*g) for g in scene["grasps"].tolist())):
+        read, top = grasp_pose(seen, grasp, scenario.motion)
+        assert abs(read.position[1] - y) < (0.003 if grasp is label else 0.016)  # on the long axis
+        assert abs(read.position[0] - x) < 0.06
+        assert angle_difference(math.atan2(read.rotation[1, 0], read.rotation[0, 0]), math.pi / 2) < 0.11
+        assert top == pytest.approx(0.04, abs=0.002)
+        assert 0.030 < read.opening < (0.055 if grasp is label else 0.075)
+    # Across the box is world y, along the image's rows; a camera turned to the left turns it to the right.
+    assert angle_difference(label.angle, -math.radians(roll)) < 0.11
+    assert scene["tried"][:, 5].any()
+
+
+# ---------------------------------------------------------------- shapes
+
+def test_shapes_are_closed_and_their_pieces_fill_them() -> None:
+    errors, kinds = [], set()
+    for i in range(80):
+        model = random_object(np.random.default_rng([5, i]))
+        kinds.add(model.kind)
+        parts = [Mesh(v.vertices, v.faces, process=False) for v in model.visual]
+        assert all(p.is_watertight and p.volume > 0 for p in parts), model.kind
+        assert len(model.hulls) <= 40
+        size = np.ptp(np.vstack([p.vertices for p in parts]), axis=0).max()
+        assert 0.0149 < size < 0.3001 and 0.01 <= model.mass <= 1.2 and 0.45 <= model.friction <= 0.95
+        assert (np.linalg.eigvalsh(model.inertia) > 0).all()
+        if i < 40:
+            solid = union(*(trimesh.convex.convex_hull(1000 * h) for h in model.hulls))
+            shown = union(*(Mesh(1000 * p.vertices, p.faces, process=False) for p in parts))
+            errors.append(abs(solid.volume / shown.volume - 1))
+    assert np.median(errors) < 0.25 and len(kinds) > 8
+
+
+def test_generator_knows_nothing_of_the_benchmarks_objects() -> None:
+    code = ("import sys, grasp_bench.datasets.synthetic, grasp_bench.datasets.cli; "
+            "sys.exit(any('household' in m for m in sys.modules))")
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

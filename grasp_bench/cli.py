@@ -193,9 +193,16 @@ def predictors(
 
 
 def _register() -> None:
+    from grasp_bench.datasets.cli import show_command, synth_command
     from grasp_bench.objects.cli import objects_app
+    from grasp_bench.training.cli import train_command
 
     app.add_typer(objects_app, name="objects")
+    data = typer.Typer(no_args_is_help=True, help="Make training data, and look at it.")
+    data.command("synth")(synth_command)
+    data.command("show")(show_command)
+    app.add_typer(data, name="data")
+    app.command("train")(train_command)
 
 
 _register()

@@ -88,7 +88,8 @@ def test_intrinsics_refuse_an_empty_image(size: tuple[int, int]) -> None:
         Intrinsics(*size, 1.0, 1.0, 0.0, 0.0)
 
 
-@pytest.mark.parametrize("values", [(0.0, 1.0, 0.0), (1.0, -1.0, 0.0), (math.nan, 1.0, 0.0), (1.0, 1.0, math.inf)])
+@pytest.mark.parametrize("values", [
+    (0.0, 1.0, 0.0), (1.0, -1.0, 0.0), (math.nan, 1.0, 0.0), (1.0, 1.0, math.inf)])
 def test_intrinsics_refuse_impossible_focal_lengths(values: tuple[float, float, float]) -> None:
     with pytest.raises(ValueError, match="focal lengths"):
         Intrinsics(640, 480, *values, 0.0)

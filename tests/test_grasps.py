@@ -104,7 +104,8 @@ def test_iou_is_symmetric_and_between_nought_and_one(a: Grasp, b: Grasp) -> None
 TRUTH = Grasp(100, 100, 0.0, 40)
 
 
-@pytest.mark.parametrize(("degrees", "correct"), [(0, True), (29.9, True), (30.1, False), (-29.9, True), (90, False)])
+@pytest.mark.parametrize(("degrees", "correct"), [
+    (0, True), (29.9, True), (30.1, False), (-29.9, True), (90, False)])
 def test_a_grasp_is_correct_within_thirty_degrees(degrees: float, correct: bool) -> None:
     turned = Grasp(100, 100, math.radians(degrees), 40)
     assert is_correct(turned, [TRUTH]) is correct

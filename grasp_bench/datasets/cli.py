@@ -70,16 +70,19 @@ def generate(out: Path, scenes: int, seed: int, config: SynthConfig, workers: in
     with ProcessPool(workers, max_tasks=200, context=multiprocessing.get_context("spawn")) as pool:
         futures = {pool.submit(_produce, TIMEOUT, out, i, seed, config): i
                    for i in range(scenes) if i not in entries}
-        for future in as_completed(futures):
-            index = futures[future]
-            try:
-                entries[index] = future.result()
-            except Exception as error:  # one bad scene must not stop the others
-                failed[index] = f"{type(error).__name__}: {error}"
-            report(entries.get(index))
-            if (len(entries) + len(failed)) % SAVE_EVERY == 0:
-                _write_index(out, entries)
-    _write_index(out, entries)
+        try:
+            for future in as_completed(futures):
+                index = futures[future]
+                try:
+                    entries[index] = future.result()
+                except Exception as error:  # one bad scene must not stop the others
+                    failed[index] = f"{type(error).__name__}: {error}"
+                report(entries.get(index))
+                if (len(entries) + len(failed)) % SAVE_EVERY == 0:
+                    _write_index(out, entries)
+        finally:  # when interrupted, do not wait for all that was submitted
+            pool.stop()
+            _write_index(out, entries)
     return Produced([entries[i] for i in sorted(entries)], failed)
 
 

@@ -24,6 +24,8 @@ Rng = np.random.Generator
 
 SEGMENTS = 24
 """Sides of round things."""
+SECTORS = 12
+"""Convex pieces around the wall of a vessel."""
 MERGE = 1.04
 """Neighbouring pieces are merged when their hull is at most so much larger than they are."""
 
@@ -70,11 +72,6 @@ def log_uniform(rng: Rng, low: float, high: float) -> float:
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
-def pick(rng: Rng, options: list) -> object:
-    """One of ``options``."""
-    return options[int(rng.integers(len(options)))]
-
-
 def convex(mesh: Mesh) -> Solid:
     """A convex mesh as its own single piece."""
     return Solid(mesh, [np.asarray(mesh.vertices)])
@@ -98,7 +95,7 @@ def superquadric(rng: Rng, size: Floats) -> Solid:
 def column(rng: Rng, size: Floats) -> Solid:
     """Cylinder, prism, frustum or cone along a random axis of the box."""
     sides = SEGMENTS if rng.random() < 0.6 else int(rng.integers(3, 9))
-    top = float(pick(rng, [1.0, 1.0, rng.uniform(0.3, 0.9), 0.0]))  # type: ignore[arg-type]
+    top = float(rng.choice([1.0, 1.0, rng.uniform(0.3, 0.9), 0.0]))
     turn = float(rng.choice([0, 90])), float(rng.choice([0, 90])), 0.0
     return convex(shapes.cylinder(1, 1, sides, top=top)).placed(turn).fitted(size)
 
@@ -141,9 +138,8 @@ def _profile(rng: Rng, count: int, least: float) -> Floats:
 def turned(rng: Rng, diameter: float, height: float) -> Solid:
     """Solid of revolution about z with a random profile."""
     profile = _profile(rng, int(rng.integers(3, 8)), 0.3) * [diameter / 2, height]
-    outline = np.vstack([[0, 0], profile, [0, height]])
-    pieces = [_frustum(a, b) for a, b in zip(profile, profile[1:], strict=False)]
-    return Solid(shapes.revolve(outline, SEGMENTS), pieces).centred()
+    mesh = shapes.revolve(np.vstack([[0, 0], profile, [0, height]]), SEGMENTS)
+    return Solid(mesh, [_frustum(a, b) for a, b in zip(profile, profile[1:], strict=False)]).centred()
 
 
 def vessel(rng: Rng, diameter: float, height: float) -> Solid:
@@ -158,10 +154,12 @@ def vessel(rng: Rng, diameter: float, height: float) -> Solid:
     inner[0] = [np.interp(floor, outer[:, 1], inner[:, 0]), floor]
     middle = [] if is_tube else [[0, floor], [0, 0]]
     mesh = shapes.revolve(np.vstack([outer, inner[::-1], *([middle] if middle else [])]), SEGMENTS)
-    sectors = 12 if bands < 3 else 8
-    edges = np.linspace(0, 2 * np.pi, sectors + 1)
-    points = SEGMENTS // sectors + 1
-    pieces = [np.vstack([_frustum(ring[i], ring[i + 1], a, b, points) for ring in (outer, inner)])
+    # Chords of the sectors cut into the cavity: half of that is taken off the pieces' inside.
+    slack = np.minimum(2 / (1 + np.cos(np.pi / SECTORS)) * inner[:, 0], outer[:, 0] - 0.6 * wall)
+    hollow = np.column_stack([slack, inner[:, 1]])
+    edges = np.linspace(0, 2 * np.pi, SECTORS + 1)
+    points = SEGMENTS // SECTORS + 1
+    pieces = [np.vstack([_frustum(ring[i], ring[i + 1], a, b, points) for ring in (outer, hollow)])
               for i in range(bands) for a, b in zip(edges, edges[1:], strict=False)]
     if not is_tube:
         pieces.append(_frustum(outer[0], np.array([np.interp(floor, outer[:, 1], outer[:, 0]) - 0.1, floor])))
@@ -172,7 +170,7 @@ def vessel(rng: Rng, diameter: float, height: float) -> Solid:
 
 def partition(figure: Polygon) -> list[Floats]:
     """Convex polygons (N, 2) that together cover ``figure``, a little more at round hollows."""
-    parts: list[Polygon] = []
+    parts = []
     triangles = list(shapely.constrained_delaunay_triangles(figure).geoms)
     triangles.sort(key=lambda t: -t.area)
     whole = [True] * len(triangles)
@@ -258,10 +256,9 @@ def section(rng: Rng, width: float, height: float) -> Polygon:
     """Cross-section of a bar: round, angular or rectangular with bevelled edges."""
     kind = int(rng.integers(3))
     if kind == 0:
-        return shapes.ellipse(width / 2, height / 2, segments=12)
-    if kind == 1:
         return shapes.rect(width, height)
-    return Polygon(shapes.ellipse(0.54 * width, 0.54 * height, segments=8).exterior.coords)
+    rx, ry, sides = ((0.5, 0.5, 12), (0.54, 0.54, 8))[kind - 1]
+    return shapes.ellipse(rx * width, ry * height, segments=sides)
 
 
 def bar(rng: Rng, length: float, width: float, height: float) -> Solid:

@@ -29,11 +29,11 @@ from grasp_bench.scene.rendering import SHOWN_GROUPS
 
 Floats = NDArray[np.float64]
 
-MAX_POSES = 6
-LEAST_PROBABILITY = 0.03
+MAX_POSES = 5
+LEAST_PROBABILITY = 0.04
 SAME_POSE = np.radians(20)
 """Resting directions nearer than this are one pose (the facets of a round can)."""
-TRIED = 16
+TRIED = 10
 """Candidate grasps tried in physics for each pose at most."""
 KEPT = 6
 """Reference grasps after which no more are tried."""

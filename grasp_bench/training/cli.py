@@ -14,12 +14,13 @@ if TYPE_CHECKING:
 
 
 def train_command(
-    predictor: Annotated[str, typer.Argument(
-        help="Network to train: htc-grasp, gr-convnet, gg-cnn, tf-grasp …; a wrong name lists all.")],
     data: Annotated[list[Path], typer.Option(
         "--data", "-d", help="Folder of generated scenes (has index.jsonl); may be given several times.")],
     out: Annotated[Path, typer.Option(
         "--out", "-o", help="Folder of the run. The same command continues an interrupted run there.")],
+    predictor: Annotated[str, typer.Option(
+        help="Network to train: htc-grasp, gr-convnet, gg-cnn, tf-grasp …; a wrong name lists all."
+    )] = "htc-grasp",
     steps: Annotated[int, typer.Option(help="Optimiser steps in all.", min=1)] = 5000,
     batch: Annotated[int, typer.Option(help="Scenes a step.", min=1)] = 16,
     lr: Annotated[float, typer.Option(help="Highest learning rate (warm-up, then cosine to 0).")] = 1e-3,

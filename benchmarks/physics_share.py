@@ -76,10 +76,11 @@ def main() -> None:
     phases: dict[str, float] = {}
     busy = bare = 0.0
     steps = 0
-    for warm, jobs in ((True, spread(catalog.names[::every], 2)), (False, spread(catalog.names[::every], args.trials))):
+    names = catalog.names[::every]
+    for warm, jobs in ((True, spread(names, 2)), (False, spread(names, args.trials))):
         for job in jobs:
             model = catalog.load(job.object)
-            world_module.mujoco = recorder if not warm else mujoco  # type: ignore[assignment]
+            world_module.mujoco = recorder if not warm else mujoco
             start = time.perf_counter()
             done = run_trial(cell, model, predictor, trial=job.trial, attempt=job.attempt, seed=0)
             if warm:

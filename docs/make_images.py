@@ -38,16 +38,17 @@ class Photographer:
 
     def shoot(self, world: World) -> Image.Image:
         """One picture."""
-        if self._renderer is None:
+        renderer = self._renderer
+        if renderer is None:
             width, height = self.size
             glob = world.model.vis.global_
             glob.offwidth, glob.offheight = 2 * width, 2 * height
             world.model.vis.headlight.ambient[:] = 0.35
-            self._renderer = mujoco.Renderer(world.model, 2 * height, 2 * width)
+            renderer = self._renderer = mujoco.Renderer(world.model, 2 * height, 2 * width)
         option = mujoco.MjvOption()
         option.geomgroup[:] = [1, 1, 1, 0, 0, 0]
-        self._renderer.update_scene(world.data, self.camera, option)
-        return Image.fromarray(self._renderer.render()).resize(self.size, Image.Resampling.LANCZOS)
+        renderer.update_scene(world.data, self.camera, option)
+        return Image.fromarray(renderer.render()).resize(self.size, Image.Resampling.LANCZOS)
 
 
 def arm() -> None:
@@ -78,8 +79,8 @@ def trial() -> None:
                      observer=observe)
     assert done.image is not None
     assert done.record.grasp is not None
-    seen = cv2.polylines(done.image.rgb.copy(), [np.round(done.record.grasp.rectangle(16)).astype(np.int32)], True,
-                         (230, 40, 40), 1, cv2.LINE_AA)
+    corners = np.round(done.record.grasp.rectangle(16)).astype(np.int32)
+    seen = cv2.polylines(done.image.rgb.copy(), [corners], True, (230, 40, 40), 1, cv2.LINE_AA)
     views = [Image.fromarray(seen[90:390, 140:500])]
     views += [frames[round(share * (len(frames) - 1))] for share in (0.2, 0.42, 0.62, 1.0)]
     strip = Image.new("RGB", (sum(v.width for v in views) + 8 * 4, 324), "white")

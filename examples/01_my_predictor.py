@@ -12,9 +12,10 @@ class Highest:
     """Grasps the highest point in the middle of the picture."""
 
     def predict(self, image: RgbdImage) -> list[Grasp]:
-        h, w = image.depth.shape
+        w = image.depth.shape[1]
         depth = np.where(image.depth > 0, image.depth, np.inf)
         depth[:, :w // 2 - 112] = depth[:, w // 2 + 112:] = np.inf
         row, column = np.unravel_index(np.argmin(depth), depth.shape)
         opening = 0.08 * image.intrinsics.fx / depth[row, column]  # 80 mm in pixels at that depth
-        return [Grasp(x=float(column) + 0.5, y=float(row) + 0.5, angle=0.0, width=float(opening), quality=0.5)]
+        return [Grasp(x=float(column) + 0.5, y=float(row) + 0.5, angle=0.0, width=float(opening),
+                      quality=0.5)]

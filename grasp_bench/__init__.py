@@ -28,7 +28,10 @@ _HOME = {
     "Grasp": "grasps", "GraspMaps": "grasps", "GraspPose": "grasps", "load_predictor": "predictors",
     "Scenario": "scenario", "load_scenario": "scenario",
 }
-__all__ = sorted(_HOME)
+__all__ = [
+    "CameraPose", "Grasp", "GraspBenchError", "GraspMaps", "GraspPose", "Intrinsics", "RgbdImage",
+    "Scenario", "load_predictor", "load_scenario",
+]
 
 
 def __getattr__(name: str) -> Any:

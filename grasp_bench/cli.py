@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="grasp-bench", no_args_is_help=True, rich_markup_mode="rich", pretty_exceptions_enable=False,
-    help="How often does a grasp predictor really lift the object, on an EC66 arm, seen by a depth camera?\n\n"
+    help="How often does a grasp predictor really lift the object, on an EC66 arm, seen by a depth "
+         "camera?\n\n"
          "Start with [bold]grasp-bench run --objects all --trials 180[/bold], then "
          "[bold]grasp-bench report results/[/bold].")
 
@@ -37,7 +38,8 @@ def _console(quiet: bool = False) -> Console:
 def run(
     objects: Annotated[str, typer.Option(
         help="all, object names, categories (comma-separated), or a folder with a manifest.json.")] = "all",
-    trials: Annotated[int, typer.Option(min=1, help="How many trials, spread evenly over the objects.")] = 180,
+    trials: Annotated[int, typer.Option(
+        min=1, help="How many trials, spread evenly over the objects.")] = 180,
     predictor: Annotated[str, typer.Option(
         help="A name from `grasp-bench predictors`, or my_module:MyPredictor.")] = "htc-grasp",
     scenario: Annotated[str, typer.Option(help="A shipped scenario, or the path of a YAML file.")] = "table4",
@@ -66,7 +68,7 @@ def run(
     from grasp_bench.scene.rendering import resolve_renderer
 
     chosen = load_scenario(scenario)
-    is_folder = Path(objects).is_dir()
+    is_folder = os.path.isdir(objects)
     catalog = Catalog(Path(objects) if is_folder else None)
     names = catalog.select("all" if is_folder else objects)
     label = predictor.replace(":", "-").replace("/", "-")
@@ -77,7 +79,8 @@ def run(
     with _Progress(console, len(jobs)) as bar:
         summary = run_trials(settings, jobs, folder, workers or os.cpu_count() or 1, bar.update)
     if summary.repaired:
-        console.print("[yellow]A torn last line, left by a kill, was cut off; that trial was done again.[/yellow]")
+        console.print("[yellow]A torn last line, left by a kill, was cut off; "
+                      "that trial was done again.[/yellow]")
     if summary.added == 0:
         console.print(f"{folder} is finished already: nothing was left to do.")
     elif summary.resumed:
@@ -122,12 +125,14 @@ class _Progress:
         """Count one trial."""
         self._done += 1
         self._won += record["success"]
-        self._bar.update(self._task, advance=1, rate=f"{self._won}/{self._done} = {self._won / self._done:.0%}")
+        rate = f"{self._won}/{self._done} = {self._won / self._done:.0%}"
+        self._bar.update(self._task, advance=1, rate=rate)
 
 
 @app.command()
 def report(
-    folder: Annotated[Path, typer.Argument(help="A run's folder, or one that holds several.")] = Path("results"),
+    folder: Annotated[Path, typer.Argument(
+        help="A run's folder, or one that holds several.")] = Path("results"),
     fmt: Annotated[str, typer.Option("--format", help="table, markdown or json.")] = "table",
     out: Annotated[Path | None, typer.Option(help="Write to this file instead of the terminal.")] = None,
 ) -> None:
@@ -178,7 +183,8 @@ def predictors(
     from grasp_bench.predictors import BUILT_IN
 
     if as_json:
-        typer.echo(json.dumps([{"name": n, "kind": e.kind, "summary": e.summary} for n, e in BUILT_IN.items()]))
+        typer.echo(json.dumps([{"name": n, "kind": e.kind, "summary": e.summary}
+                               for n, e in BUILT_IN.items()]))
         return
     from rich.table import Table
 
@@ -215,7 +221,9 @@ def main() -> None:
     except GraspBenchError as error:
         typer.echo(f"Error: {error}", err=True)
         sys.exit(2)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, SystemExit) as end:
+        if isinstance(end, SystemExit) and end.code != 130:  # Typer turns Ctrl-C into an exit with 130
+            raise
         typer.echo("Stopped. What was measured is kept; the same command goes on from here.", err=True)
         sys.exit(130)
 

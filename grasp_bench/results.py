@@ -79,7 +79,8 @@ class RunFolder:
         except Timeout as error:
             raise ResultsError(f"Another run is writing to {path}; wait for it or choose --out.") from error
         except OSError as error:
-            raise ResultsError(f"{path} cannot be written ({error.strerror}); choose another --out.") from error
+            raise ResultsError(f"{path} cannot be written ({error.strerror}); "
+                               "choose another --out.") from error
         self._files: dict[str, Any] = {}
         self.repaired = False
 
@@ -104,8 +105,8 @@ class RunFolder:
             differs = [k for k in IDENTITY if before.get(k) != json.loads(json.dumps(run.get(k)))]
             if differs:
                 raise ResultsError(f"{self.path} holds another run: {', '.join(map(_named, differs))} "
-                                   f"differ{'s' if len(differs) == 1 else ''}. Choose another --out, or delete "
-                                   "the folder if its results are not wanted.")
+                                   f"differ{'s' if len(differs) == 1 else ''}. Choose another --out, or "
+                                   "delete the folder if its results are not wanted.")
         else:
             _write_synced(path, json.dumps(run, indent=1, ensure_ascii=False) + "\n")
         done = set()
@@ -135,8 +136,9 @@ class RunFolder:
                 file.flush()
                 os.fsync(file.fileno())
             except OSError as error:
-                raise ResultsError(f"{self.path / name} cannot be written ({error.strerror}). What was measured "
-                                   "is kept; free some space and run the same command again.") from error
+                raise ResultsError(f"{self.path / name} cannot be written ({error.strerror}). What was "
+                                   "measured is kept; free some space and run the same command "
+                                   "again.") from error
 
     def finish(self) -> None:
         """Put trials and timings in trial order."""
@@ -181,7 +183,8 @@ def load_run(folder: Path) -> dict[str, Any]:
     except FileNotFoundError as error:
         raise ResultsError(f"{folder} holds no {RUN}; name a folder written by `grasp-bench run`.") from error
     except ValueError as error:
-        raise ResultsError(f"{path} is damaged ({error}); restore it or run again into a new folder.") from error
+        raise ResultsError(f"{path} is damaged ({error}); "
+                           "restore it or run again into a new folder.") from error
 
 
 def find_runs(root: Path) -> list[Path]:

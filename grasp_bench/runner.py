@@ -8,7 +8,7 @@ import platform
 import subprocess
 import sys
 from collections.abc import Callable
-from concurrent.futures import FIRST_COMPLETED, CancelledError, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -79,8 +79,8 @@ def describe(settings: Settings, jobs: list[Job], catalog: Catalog) -> dict[str,
 def _git_revision() -> str | None:
     folder = Path(__file__).parent
     try:
-        head = subprocess.run(["git", "describe", "--always", "--dirty", "--abbrev=12"], cwd=folder, text=True,
-                              capture_output=True, timeout=10, check=True).stdout.strip()
+        head = subprocess.run(["git", "describe", "--always", "--dirty", "--abbrev=12"], cwd=folder,
+                              text=True, capture_output=True, timeout=10, check=True).stdout.strip()
     except (OSError, subprocess.SubprocessError):
         return None
     return head or None
@@ -100,7 +100,8 @@ def _start_worker(settings: Settings) -> None:
     from grasp_bench.trial import Workcell
 
     cv2.setNumThreads(1)
-    _worker.update(settings=settings, catalog=Catalog(settings.objects), cell=Workcell(settings.scenario, settings.renderer),
+    _worker.update(settings=settings, catalog=Catalog(settings.objects),
+                   cell=Workcell(settings.scenario, settings.renderer),
                    predictor=load_predictor(settings.predictor))
 
 
@@ -189,7 +190,8 @@ def _run_pool(settings: Settings, jobs: list[Job], catalog: Catalog, folder: Run
     context = multiprocessing.get_context("spawn")
     with ProcessPool(max_workers=min(workers, len(jobs)), initializer=_start_worker, initargs=(settings,),
                      context=context) as pool:
-        waiting = {pool.submit(_do, settings.scenario.trial_timeout, job): job for job in jobs}
+        waiting: dict[Future[tuple[dict[str, Any], dict[str, Any]]], Job] = {
+            pool.submit(_do, settings.scenario.trial_timeout, job): job for job in jobs}
         try:
             while waiting:
                 ended, _ = wait(waiting, return_when=FIRST_COMPLETED)
@@ -203,8 +205,9 @@ def _run_pool(settings: Settings, jobs: list[Job], catalog: Catalog, folder: Run
                         record = failed(job, settings, category, "timeout",
                                         f"no answer within {settings.scenario.trial_timeout:g} s")
                     except (ProcessExpired, CancelledError) as error:
+                        code = getattr(error, "exitcode", "?")
                         record = failed(job, settings, category, "error",
-                                        f"the worker process died (exit code {getattr(error, 'exitcode', '?')})")
+                                        f"the worker process died (exit code {code})")
                     folder.append(record, timings)
                     progress(record, False)
         except BaseException:

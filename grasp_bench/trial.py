@@ -237,7 +237,8 @@ def first_feasible(planner: Planner, scene: SeenScene, grasps: list[Grasp],
         except Blocked as error:
             first = first or (Outcome.APPROACH_COLLISION, str(error))
     assert first is not None
-    return 0, None, *first
+    outcome, why = first
+    return 0, None, outcome, why
 
 
 def execute(world: World, plan: Plan, measured: dict[str, Any]) -> tuple[Outcome, str]:
@@ -255,7 +256,8 @@ def execute(world: World, plan: Plan, measured: dict[str, Any]) -> tuple[Outcome
         world.follow(chunk, open_at)
         force, what = world.collision_force()
         if force > motion.collision_force:
-            return Outcome.APPROACH_COLLISION, f"the gripper met the {what} with {force:.0f} N on its way down"
+            return Outcome.APPROACH_COLLISION, (f"the gripper met the {what} with {force:.0f} N "
+                                                "on its way down")
     q = plan.approach.end
     world.follow(still(q, 0.05, period), open_at)
     measured["tcp_error"] = tcp_error(world.tcp, plan.pose)

@@ -62,7 +62,7 @@ def test_look_at_makes_a_right_handed_frame_whose_z_meets_the_target(eye, target
     pose = CameraPose.look_at(eye, target, up)
     np.testing.assert_allclose(pose.rotation.T @ pose.rotation, np.eye(3), atol=1e-9)
     assert np.linalg.det(pose.rotation) == pytest.approx(1)
-    np.testing.assert_allclose(pose.to_camera(target), [0, 0, np.linalg.norm(view)], atol=1e-9)
+    np.testing.assert_allclose(pose.to_camera(target), [0, 0, float(np.linalg.norm(view))], atol=1e-9)
     assert pose.to_camera(np.add(target, up))[1] < 0  # y points down in the image
 
 

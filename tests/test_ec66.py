@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 from pathlib import Path
 
 import mujoco
@@ -117,8 +116,8 @@ def hand() -> mujoco.MjModel:
 
 
 @pytest.fixture(scope="module")
-def meshes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Path]]:
-    yield {path.name: path for path in write_meshes(tmp_path_factory.mktemp("meshes"))}
+def meshes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    return {path.name: path for path in write_meshes(tmp_path_factory.mktemp("meshes"))}
 
 
 # ---------------------------------------------------------------- arm
@@ -148,7 +147,8 @@ def test_joints_actuators_and_limits(arm: mujoco.MjModel) -> None:
     np.testing.assert_allclose(arm.actuator_forcerange[:, 0], -np.array(ec66.TORQUE_LIMITS))
     # As rounded in the maker's URDF.
     np.testing.assert_allclose(ec66.VELOCITY_LIMITS, [2.6199] * 2 + [3.3161] + [4.5379] * 3, atol=3e-3)
-    assert (arm.dof_armature > 0).all() and (arm.dof_damping > 0).all()
+    assert (arm.dof_armature > 0).all()
+    assert (arm.dof_damping > 0).all()
 
 
 def test_masses_and_inertias_are_physical(arm: mujoco.MjModel, hand: mujoco.MjModel) -> None:
@@ -177,7 +177,8 @@ def test_only_the_srdf_pairs_never_collide(arm: mujoco.MjModel) -> None:
     for link in LINKS:
         first, count = arm.body(link).geomadr[0], arm.body(link).geomnum[0]
         solid = [g for g in range(first, first + count) if arm.geom_contype[g] and arm.geom_conaffinity[g]]
-        assert solid and all(arm.geom_group[g] == 3 for g in solid)
+        assert solid
+        assert all(arm.geom_group[g] == 3 for g in solid)
         assert all(arm.geom_type[g] != mujoco.mjtGeom.mjGEOM_MESH for g in solid)
 
 
@@ -187,7 +188,8 @@ def test_folding_the_forearm_onto_the_shoulder_collides(arm: mujoco.MjModel) -> 
     mujoco.mj_forward(arm, data)
     touching = {tuple(sorted(arm.body(arm.geom_bodyid[g]).name for g in contact.geom))
                 for contact in data.contact}
-    assert touching and not touching & EXCLUDED
+    assert touching
+    assert not touching & EXCLUDED
 
 
 def test_home_keeps_arm_and_gripper_out_of_the_camera_view() -> None:
@@ -303,12 +305,14 @@ def test_shipped_meshes_are_what_the_code_makes(meshes: dict[str, Path]) -> None
     for name, path in meshes.items():
         if path.read_bytes() == shipped[name].read_bytes():
             continue
-        ours, theirs = (np.asarray(trimesh.load(p).triangles) for p in (path, shipped[name]))
+        ours, theirs = (np.asarray(trimesh.load_mesh(p).triangles) for p in (path, shipped[name]))
         np.testing.assert_allclose(ours, theirs, atol=1e-6, err_msg=name)
 
 
 def test_meshes_are_watertight_and_light(meshes: dict[str, Path]) -> None:
     for name, path in meshes.items():
-        mesh = trimesh.load(path)
-        assert mesh.is_watertight and mesh.is_winding_consistent and mesh.volume > 0, name
+        mesh = trimesh.load_mesh(path)
+        assert mesh.is_watertight, name
+        assert mesh.is_winding_consistent, name
+        assert mesh.volume > 0, name
     assert sum(len(mesh.faces) for mesh in arm_meshes().values()) < 30_000

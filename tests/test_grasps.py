@@ -197,8 +197,8 @@ def test_smoothing_does_not_smear_angles_across_the_seam() -> None:
     angle = np.radians(np.where(np.arange(40) % 2, 89.0, -89.0))[None].repeat(40, 0)
     one = np.ones((40, 40), np.float32)
     maps = GraspMaps(one, np.sin(2 * angle).astype(np.float32), np.cos(2 * angle).astype(np.float32), one)
-    smooth = maps.smoothed().angle
-    assert all(angle_difference(a, math.pi / 2) < math.radians(2) for a in smooth[10:30, 10:30].ravel())
+    smooth = maps.smoothed().angle[10:30, 10:30]
+    assert all(angle_difference(float(a), math.pi / 2) < math.radians(2) for a in smooth.ravel())
 
 
 # ---------------------------------------------------------------- in the world

@@ -104,7 +104,7 @@ def test_the_cosine_is_that_between_ray_and_surface(scene) -> None:
 
 
 def test_the_cosine_estimated_from_depth_is_the_true_one_away_from_edges() -> None:
-    depth = np.float32(0.5 / (K.rays() @ [0, np.sin(1.0), np.cos(1.0)]).clip(0.1))
+    depth = (0.5 / (K.rays() @ [0, np.sin(1.0), np.cos(1.0)]).clip(0.1)).astype(np.float32)
     true = np.abs(K.rays() @ [0, np.sin(1.0), np.cos(1.0)]) / np.linalg.norm(K.rays(), axis=-1)
     np.testing.assert_allclose(incidence_cosine(depth, K)[50:110, 2:-2], true[50:110, 2:-2], atol=0.01)
 

@@ -89,6 +89,7 @@ def test_mixed_pixels_at_the_edge_of_nothing_stay_within_range() -> None:
     depth[:, 160:] = 0
     measured = seen(depth, mixed_pixels=1.0).depth
     assert (measured[:, 161:] == 0).all()
+    assert (measured[:, 159:161] > 0).all()
     assert measured.max() <= 2.5
     assert measured[:, 159].max() > 1.0  # some are drawn towards the far limit
 

@@ -46,16 +46,23 @@ def test_scene_depends_on_seed_and_index_only(scenes: list[dict[str, np.ndarray]
 
 def test_arrays_have_their_types_and_ranges(scenes: list[dict[str, np.ndarray]]) -> None:
     for scene in scenes:
-        assert scene["rgb"].shape == (320, 320, 3) and scene["rgb"].dtype == np.uint8
+        assert scene["rgb"].shape == (320, 320, 3)
+        assert scene["rgb"].dtype == np.uint8
         for name, kind in (("depth", np.uint16), ("depth_true", np.uint16), ("quality", np.uint8),
                            ("angle", np.float16), ("width", np.float16)):
-            assert scene[name].shape == (320, 320) and scene[name].dtype == kind
-        assert np.isfinite(scene["angle"]).all() and (np.abs(scene["angle"]) <= math.pi / 2).all()
+            assert scene[name].shape == (320, 320)
+            assert scene[name].dtype == kind
+        assert np.isfinite(scene["angle"]).all()
+        assert (np.abs(scene["angle"]) <= math.pi / 2).all()
         on = scene["quality"] > 0
-        assert (scene["width"][on] > 4).all() and (scene["width"] < 90).all()
-        assert not scene["angle"][~on].any() and not scene["width"][~on].any()
-        assert scene["tried"].shape[1] == 6 and len(scene["tried"]) <= 2
-        assert len(scene["grasps"]) == scene["tried"][:, 5].sum() and (scene["grasps"][:, 4] == 1).all()
+        assert (scene["width"][on] > 4).all()
+        assert (scene["width"] < 90).all()
+        assert not scene["angle"][~on].any()
+        assert not scene["width"][~on].any()
+        assert scene["tried"].shape[1] == 6
+        assert len(scene["tried"]) <= 2
+        assert len(scene["grasps"]) == scene["tried"][:, 5].sum()
+        assert (scene["grasps"][:, 4] == 1).all()
         assert 0.4 < np.median(scene["depth_true"]) * DEPTH_UNIT < 0.7
 
 
@@ -70,12 +77,14 @@ def test_files_do_not_depend_on_workers_and_are_kept(tmp_path: Path) -> None:
     broken.write_bytes(broken.read_bytes()[:-100])
     (one / "index.jsonl").unlink()
     made = cli.generate(one, 2, 7, QUICK, workers=1)
-    assert not made.failed and kept.stat().st_mtime_ns == stamp
+    assert not made.failed
+    assert kept.stat().st_mtime_ns == stamp
     assert (one / "index.jsonl").read_text() == (two / "index.jsonl").read_text()
     with np.load(broken) as a, np.load(two / "scenes" / broken.name) as b:
         assert same(dict(a), dict(b))
     loaded = load_scenes([two])
-    assert [s.name for s in loaded.val] == ["000000"] and [s.name for s in loaded.train] == ["000001"]
+    assert [s.name for s in loaded.val] == ["000000"]
+    assert [s.name for s in loaded.train] == ["000001"]
     sheet = tmp_path / "sheet.png"
     cli.show_command(two, 2, sheet)
     assert sheet.stat().st_size > 10000
@@ -136,13 +145,16 @@ def test_shapes_are_closed_and_their_pieces_fill_them() -> None:
         assert all(p.is_watertight and p.volume > 0 for p in parts), model.kind
         assert len(model.hulls) <= 40
         size = np.ptp(np.vstack([p.vertices for p in parts]), axis=0).max()
-        assert 0.0149 < size < 0.3001 and 0.01 <= model.mass <= 1.2 and 0.45 <= model.friction <= 0.95
+        assert 0.0149 < size < 0.3001
+        assert 0.01 <= model.mass <= 1.2
+        assert 0.45 <= model.friction <= 0.95
         assert (np.linalg.eigvalsh(model.inertia) > 0).all()
         if i < 40:
             solid = union(*(trimesh.convex.convex_hull(1000 * h) for h in model.hulls))
             shown = union(*(Mesh(1000 * p.vertices, p.faces, process=False) for p in parts))
             errors.append(abs(solid.volume / shown.volume - 1))
-    assert np.median(errors) < 0.25 and len(kinds) > 8
+    assert np.median(errors) < 0.25
+    assert len(kinds) > 8
 
 
 def test_generator_knows_nothing_of_the_benchmarks_objects() -> None:

@@ -7,7 +7,7 @@ import multiprocessing
 import os
 import platform
 from collections.abc import Callable
-from concurrent.futures import as_completed
+from concurrent.futures import Future, as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -56,7 +56,7 @@ def generate(out: Path, scenes: int, seed: int, config: SynthConfig, workers: in
     Raises:
         GraspBenchError: when the folder was generated with another seed or parameters.
     """
-    from pebble import ProcessPool  # type: ignore[attr-defined]
+    from pebble import ProcessPool
 
     without_gl()
     (out / "scenes").mkdir(parents=True, exist_ok=True)
@@ -68,8 +68,8 @@ def generate(out: Path, scenes: int, seed: int, config: SynthConfig, workers: in
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ[name] = "1"  # inherited by the workers, which are started afresh
     with ProcessPool(workers, max_tasks=200, context=multiprocessing.get_context("spawn")) as pool:
-        futures = {pool.submit(_produce, TIMEOUT, out, i, seed, config): i
-                   for i in range(scenes) if i not in entries}
+        futures: dict[Future[Entry], int] = {pool.submit(_produce, TIMEOUT, out, i, seed, config): i
+                                             for i in range(scenes) if i not in entries}
         try:
             for future in as_completed(futures):
                 index = futures[future]
@@ -235,7 +235,7 @@ def _strip(scene: Any, title: str) -> NDArray[np.uint8]:
     hue = np.mod(scene.angle.astype(float) * 180 / np.pi, 180).astype(np.uint8)
     on = np.where(scene.quality > 12, 255, 0).astype(np.uint8)
     angle = cv2.cvtColor(np.dstack([hue, on, np.maximum(on, 40)]), cv2.COLOR_HSV2RGB)
-    return np.hstack([photo, np.dstack([grey] * 3), heat, angle])
+    return np.asarray(np.hstack([photo, np.dstack([grey] * 3), heat, angle]), np.uint8)
 
 
 if __name__ == "__main__":

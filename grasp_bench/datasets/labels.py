@@ -39,7 +39,8 @@ class View:
         distance = (height - self.pose.position[2]) / self.rays[..., 2]
         return self.pose.position[:2] + self.rays[..., :2] * distance[..., None]
 
-    def grasps(self, centre: Floats, yaw: NDArray, opening: NDArray) -> tuple[Floats, Floats, Floats]:
+    def grasps(self, centre: NDArray[np.floating], yaw: NDArray,
+               opening: NDArray) -> tuple[Floats, Floats, Floats]:
         """Pixel (…, 2), angle and width of grasps about world points (…, 3), as the planner reads them."""
         half = 0.5 * opening[..., None] * np.stack([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)], axis=-1)
         ends = [self.intrinsics.project(self.pose.to_camera(centre + s * half)) for s in (-1, 1)]
@@ -61,7 +62,7 @@ def polished(found: GraspField) -> GraspField:
     return GraspField(quality, found.yaw[source], found.opening[source], found.tip[source], found.top[source])
 
 
-def _balance(offset: Floats) -> Floats:
+def _balance(offset: NDArray[np.floating]) -> NDArray[np.floating]:
     """The part of the analysis' quality that depends on the distance to the centre of mass (…, 2) [m]."""
     return 0.25 + 0.75 * np.exp(-(offset**2).sum(-1) / 0.07**2)
 

@@ -76,7 +76,7 @@ def random_color(rng: Rng) -> tuple[float, float, float]:
 
 
 def _tinted(rng: Rng, value: float) -> tuple[float, float, float]:
-    return tuple(np.clip(value + rng.normal(0, 0.02, 3), 0, 1).tolist())  # type: ignore[return-value]
+    return tuple(np.clip(value + rng.normal(0, 0.02, 3), 0, 1).tolist())
 
 
 # ---------------------------------------------------------------- kinds of objects

@@ -9,12 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import cast
 
 import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 from shapely.geometry import MultiPoint, Polygon
+from shapely.geometry.base import BaseGeometry
 
 from grasp_bench.objects import shapes
 from grasp_bench.objects.shapes import Mesh
@@ -83,7 +86,8 @@ def block(rng: Rng, size: Floats) -> Solid:
     """Box with sharp or rounded edges."""
     if rng.random() < 0.5:
         return convex(shapes.box(*size)).centred()
-    return convex(shapes.rounded_box(*size, rng.uniform(0.08, 0.4) * size.min())).centred()
+    x, y, z = size
+    return convex(shapes.rounded_box(x, y, z, rng.uniform(0.08, 0.4) * size.min())).centred()
 
 
 def superquadric(rng: Rng, size: Floats) -> Solid:
@@ -139,7 +143,7 @@ def turned(rng: Rng, diameter: float, height: float) -> Solid:
     """Solid of revolution about z with a random profile."""
     profile = _profile(rng, int(rng.integers(3, 8)), 0.3) * [diameter / 2, height]
     mesh = shapes.revolve(np.vstack([[0, 0], profile, [0, height]]), SEGMENTS)
-    return Solid(mesh, [_frustum(a, b) for a, b in zip(profile, profile[1:], strict=False)]).centred()
+    return Solid(mesh, [_frustum(a, b) for a, b in pairwise(profile)]).centred()
 
 
 def vessel(rng: Rng, diameter: float, height: float) -> Solid:
@@ -160,7 +164,7 @@ def vessel(rng: Rng, diameter: float, height: float) -> Solid:
     edges = np.linspace(0, 2 * np.pi, SECTORS + 1)
     points = SEGMENTS // SECTORS + 1
     pieces = [np.vstack([_frustum(ring[i], ring[i + 1], a, b, points) for ring in (outer, hollow)])
-              for i in range(bands) for a, b in zip(edges, edges[1:], strict=False)]
+              for i in range(bands) for a, b in pairwise(edges)]
     if not is_tube:
         pieces.append(_frustum(outer[0], np.array([np.interp(floor, outer[:, 1], outer[:, 0]) - 0.1, floor])))
     return Solid(mesh, pieces).centred()
@@ -168,10 +172,10 @@ def vessel(rng: Rng, diameter: float, height: float) -> Solid:
 
 # ---------------------------------------------------------------- extruded figures
 
-def partition(figure: Polygon) -> list[Floats]:
+def partition(figure: BaseGeometry) -> list[Floats]:
     """Convex polygons (N, 2) that together cover ``figure``, a little more at round hollows."""
     parts = []
-    triangles = list(shapely.constrained_delaunay_triangles(figure).geoms)
+    triangles = cast(list[Polygon], list(shapely.constrained_delaunay_triangles(figure).geoms))
     triangles.sort(key=lambda t: -t.area)
     whole = [True] * len(triangles)
     for i, seed in enumerate(triangles):
@@ -183,26 +187,27 @@ def partition(figure: Polygon) -> list[Floats]:
             grown = False
             for j, other in enumerate(triangles):
                 if whole[j] and part.intersection(other).length > 1e-6:
-                    joint = MultiPoint([*part.exterior.coords, *other.exterior.coords]).convex_hull
+                    both = MultiPoint([*part.exterior.coords, *other.exterior.coords])
+                    joint = cast(Polygon, both.convex_hull)
                     if joint.area <= MERGE * (area + other.area):
                         part, area, whole[j], grown = joint, area + other.area, False, True
         parts.append(part)
     return [np.asarray(p.exterior.coords)[:-1] for p in parts]
 
 
-def extruded(figure: Polygon, height: float) -> Solid:
+def extruded(figure: BaseGeometry, height: float) -> Solid:
     """A figure of the xy plane [mm] given ``height``."""
     pieces = [np.vstack([np.column_stack([p, np.full(len(p), z)]) for z in (0.0, height)])
               for p in partition(figure)]
     return Solid(shapes.extrude(figure, height), pieces).centred()
 
 
-def _bars(*bars: tuple[float, float, float, float]) -> Polygon:
+def _bars(*bars: tuple[float, float, float, float]) -> BaseGeometry:
     """Union of rectangles given by their corners x0, y0, x1, y1."""
     return shapely.union_all([shapely.box(*b) for b in bars])
 
 
-def figure(rng: Rng, width: float, depth: float) -> Polygon:
+def figure(rng: Rng, width: float, depth: float) -> BaseGeometry:
     """Random plane figure, mostly not convex, that fills ``width`` × ``depth`` mm."""
     t = rng.uniform(0.18, 0.42)
     s = rng.uniform(0.2, 0.8)
@@ -249,7 +254,7 @@ def swept(path: ArrayLike, section: Polygon, scales: ArrayLike | None = None, cl
     corners = len(section.exterior.coords) - 1
     rings = np.asarray(mesh.vertices)[:len(points) * corners].reshape(len(points), corners, 3)
     rings = np.concatenate([rings, rings[:1]]) if closed else rings
-    return Solid(mesh, [np.concatenate([a, b]) for a, b in zip(rings, rings[1:], strict=False)])
+    return Solid(mesh, [np.concatenate([a, b]) for a, b in pairwise(rings)])
 
 
 def section(rng: Rng, width: float, height: float) -> Polygon:

@@ -98,7 +98,8 @@ class InverseKinematics:
         for candidate in (pose, pose.flipped()):
             for ready in _READY:
                 start = ready.copy()
-                start[0] += bearing - math.asin(min(1.0, 0.122 / max(0.2, float(np.hypot(*pose.position[:2])))))
+                reach = float(np.hypot(*pose.position[:2]))
+                start[0] += bearing - math.asin(min(1.0, 0.122 / max(0.2, reach)))
                 start[5] = _wrist_guess(self, start, candidate)
                 q = self.solve(candidate, start)
                 if q is not None:

@@ -7,7 +7,7 @@ kinematics. Its policy for the depth of a grasp is part of the benchmark's defin
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -95,7 +95,8 @@ class SeenScene:
     def heights_in(self, grasp: Grasp) -> Floats:
         """Heights [m] of the points seen inside the grasp's rectangle, jaws 16 mm wide."""
         across = 0.8 * JAW * self.image.intrinsics.fx / max(self.camera.position[2] - 0.03, 0.1)
-        corners = np.round(grasp.rectangle(height=across) - 0.5).astype(np.int32)
+        inside_image = min(grasp.width, 2.0 * sum(self.heights.shape))  # of absurd widths, no more is in view
+        corners = np.round(replace(grasp, width=inside_image).rectangle(height=across) - 0.5).astype(np.int32)
         window = self._window(corners.min(0), corners.max(0) + 1)
         heights = self.heights[window]
         mask = np.zeros(heights.shape, np.uint8)
@@ -210,4 +211,5 @@ class Planner:
                         through([lift[-1], *carry], period, fraction,
                                 float(np.linalg.norm(target - lifted)), motion.carry_speed))
         x, y, z = pose.position
-        raise Unreachable(f"no joint angles for the TCP at ({x:.3f}, {y:.3f}, {z:.3f}) m and the motion from it")
+        raise Unreachable(f"no joint angles for the TCP at ({x:.3f}, {y:.3f}, {z:.3f}) m "
+                          "and the motion from it")

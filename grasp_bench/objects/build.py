@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import trimesh
+from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 from grasp_bench.objects.catalog import FILES, MANIFEST, sha256
@@ -104,7 +105,7 @@ def _write_visual(parts: list[Part], centre: np.ndarray, path: Path) -> None:
     for part in parts:
         mesh = Mesh(part.mesh.vertices - centre, part.mesh.faces, process=False)
         rgba = [int(part.color[i:i + 2], 16) for i in (1, 3, 5)] + [255]
-        mesh.visual = trimesh.visual.TextureVisuals(material=PBRMaterial(
+        mesh.visual = TextureVisuals(material=PBRMaterial(
             name=part.material, baseColorFactor=rgba, metallicFactor=0.0,
             roughnessFactor=MATERIALS[part.material].roughness))
         meshes.append(mesh)
@@ -127,14 +128,16 @@ def build_all(folder: Path, names: Iterable[str] | None = None, workers: int = 2
         names: which; all registered when None.
         stage: ``shape``, ``rest`` or ``all``.
     """
-    import grasp_bench.objects.household  # noqa: F401  (registers the objects)
-    from concurrent.futures import as_completed
+    from concurrent.futures import Future, as_completed
 
     from pebble import ProcessPool
 
+    import grasp_bench.objects.household  # noqa: F401  (registers the objects)
+
     chosen = list(REGISTRY) if names is None else list(names)
     with ProcessPool(max_workers=workers) as pool:
-        futures = {pool.submit(_build_one, 1800, name, folder, stage): name for name in chosen}
+        futures: dict[Future[str], str] = {
+            pool.submit(_build_one, 1800, name, folder, stage): name for name in chosen}
         for future in as_completed(futures):
             name = futures[future]
             try:

@@ -10,15 +10,19 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.errors import AssetError, UnknownNameError
 from grasp_bench.paths import assets_dir
+
+if TYPE_CHECKING:  # type checkers do not see that a cached_property meets a protocol's property
+    from builtins import property as cached_property
+else:
+    from functools import cached_property
 
 Floats = NDArray[np.float64]
 MANIFEST = "manifest.json"

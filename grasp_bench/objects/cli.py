@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -12,13 +12,16 @@ from grasp_bench.graphics import with_gl, without_gl
 
 objects_app = typer.Typer(no_args_is_help=True, help="List, show, verify, picture and build the objects.")
 
-Folder = Annotated[Path | None, typer.Option("--folder", help="A folder of objects; the shipped 180 by default.")]
+Folder = Annotated[Path | None, typer.Option(
+    "--folder", help="A folder of objects; the shipped 180 by default.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print as JSON.")]
 
 
 @objects_app.command("list")
-def list_objects(what: Annotated[str, typer.Argument(help="all, names or categories, comma-separated.")] = "all",
-                 folder: Folder = None, as_json: AsJson = False) -> None:
+def list_objects(
+    what: Annotated[str, typer.Argument(help="all, names or categories, comma-separated.")] = "all",
+    folder: Folder = None, as_json: AsJson = False,
+) -> None:
     """List objects with category, mass, size and number of convex pieces."""
     from grasp_bench.objects.catalog import Catalog
 
@@ -36,14 +39,17 @@ def list_objects(what: Annotated[str, typer.Argument(help="all, names or categor
         table.add_column(name, justify="right" if name in ("Mass [g]", "Size [mm]", "Hulls") else "left")
     for e in entries:
         size = " × ".join(f"{1000 * x:.0f}" for x in e["extents"])
-        table.add_row(e["name"], e["category"], f"{1000 * e['mass']:.0f}", size, e["material"], str(e["hulls"]))
+        table.add_row(e["name"], e["category"], f"{1000 * e['mass']:.0f}", size, e["material"],
+                      str(e["hulls"]))
     Console().print(table)
 
 
 @objects_app.command()
-def show(name: Annotated[str, typer.Argument(help="An object's name.")], folder: Folder = None,
-         as_json: AsJson = False,
-         picture: Annotated[Path | None, typer.Option(help="Write a picture (PNG) to this file.")] = None) -> None:
+def show(
+    name: Annotated[str, typer.Argument(help="An object's name.")],
+    folder: Folder = None, as_json: AsJson = False,
+    picture: Annotated[Path | None, typer.Option(help="Write a picture (PNG) to this file.")] = None,
+) -> None:
     """Show all that is known of one object."""
     if picture is not None:
         with_gl()
@@ -51,7 +57,7 @@ def show(name: Annotated[str, typer.Argument(help="An object's name.")], folder:
 
     catalog = Catalog(folder)
     model = catalog.load(name)
-    entry = catalog.entries[name] | {"poses": [
+    entry: dict[str, Any] = catalog.entries[name] | {"poses": [
         {"probability": p.probability, "height": p.height, "grasps": len(p.grasps)} for p in model.poses]}
     if picture is not None:
         from grasp_bench.objects.pictures import object_picture
@@ -63,15 +69,16 @@ def show(name: Annotated[str, typer.Argument(help="An object's name.")], folder:
     from rich.console import Console
 
     console = Console()
-    console.print(f"[bold]{name}[/bold] ({entry['category']}): {1000 * entry['mass']:.0f} g, {entry['material']}, "
-                  f"friction {entry['friction']:g} against the pads")
-    console.print(f"Size {' × '.join(f'{1000 * x:.1f}' for x in entry['extents'])} mm; {entry['faces']} faces, "
-                  f"{entry['hulls']} convex pieces, volume {entry['decomposition']['volume_ratio']:.3f} of the mesh's, "
-                  f"surface at most {1000 * entry['decomposition']['max_distance']:.1f} mm off")
+    console.print(f"[bold]{name}[/bold] ({entry['category']}): {1000 * entry['mass']:.0f} g, "
+                  f"{entry['material']}, friction {entry['friction']:g} against the pads")
+    size, off = " × ".join(f"{1000 * x:.1f}" for x in entry["extents"]), entry["decomposition"]
+    console.print(f"Size {size} mm; {entry['faces']} faces, "
+                  f"{entry['hulls']} convex pieces, volume {off['volume_ratio']:.3f} of the mesh's, "
+                  f"surface at most {1000 * off['max_distance']:.1f} mm off")
     console.print(f"Source: {entry['source']}")
     for pose in model.poses:
-        console.print(f"Rests with probability {pose.probability:.2f}, centre of mass {1000 * pose.height:.0f} mm "
-                      f"high: {len(pose.grasps)} reference grasps")
+        console.print(f"Rests with probability {pose.probability:.2f}, centre of mass "
+                      f"{1000 * pose.height:.0f} mm high: {len(pose.grasps)} reference grasps")
 
 
 @objects_app.command()

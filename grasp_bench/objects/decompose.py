@@ -109,7 +109,7 @@ def compare(solid: Mesh, hulls: list[Mesh]) -> DecompositionError:
     added = difference(body, solid)
     if len(added.faces) == 0:
         return DecompositionError(float(body.volume / solid.volume), 0.0, 0.0)
-    points, _ = trimesh.sample.sample_surface(added, 4000, seed=0)
+    points = trimesh.sample.sample_surface(added, 4000, seed=0)[0]
     _, distance, _ = trimesh.proximity.closest_point(solid, points)
     return DecompositionError(float(body.volume / solid.volume), float(distance.mean()),
                               float(distance.max()))

@@ -30,7 +30,7 @@ FINGER = 0.009
 INSERTION = 0.028
 CLEARANCE = 0.002
 TABLE_NOISE = 0.004
-LEAST_INSERTION = 0.005
+LEAST_INSERTION = 0.003
 YAWS = np.linspace(0, np.pi, 18, endpoint=False)
 """Jaw directions tried [rad]."""
 
@@ -130,7 +130,8 @@ def _score(h: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], yaw: fl
     high_left, *_ = _edge(high, +1)
     high_right, *_ = _edge(high, -1)
     rise = np.maximum(np.minimum(0.005, tops - 0.001 - tips - 0.002), 0.001)
-    slope = np.maximum(high_left - left, right - high_right) / rise
+    # Half a cell is within the grid's own error: on low things it would look like a steep slope.
+    slope = np.maximum(np.maximum(high_left - left, right - high_right) - CELL / 2, 0) / rise
 
     twist = np.exp(-((left_at - right_at) / 0.008) ** 2)
     torsion = np.exp(-((0.5 * (left_at + right_at)) / 0.008) ** 2)

@@ -31,7 +31,8 @@ def _scene(parts: list[VisualPart], rotation: np.ndarray) -> tuple[mujoco.MjMode
     extent = float(np.linalg.norm(high - low))
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[5, 5, 0.1], pos=[0, 0, low[2] / extent],
                             rgba=[0.93, 0.93, 0.91, 1])
-    spec.worldbody.add_light(pos=[-1.5, -2, 4], dir=[0.35, 0.45, -0.9], diffuse=[0.5, 0.5, 0.5], castshadow=True)
+    spec.worldbody.add_light(pos=[-1.5, -2, 4], dir=[0.35, 0.45, -0.9], diffuse=[0.5, 0.5, 0.5],
+                             castshadow=True)
     for i, part in enumerate(parts):
         spec.add_mesh(name=f"p{i}", uservert=(part.vertices @ rotation.T / extent).ravel(),
                       userface=np.asarray(part.faces).ravel(),

@@ -9,7 +9,6 @@ the floating gripper: only those that lifted and held through a shake are kept.
 from __future__ import annotations
 
 import hashlib
-import inspect
 import json
 from pathlib import Path
 from typing import Any
@@ -29,6 +28,8 @@ from grasp_bench.scene.rendering import SHOWN_GROUPS
 
 Floats = NDArray[np.float64]
 
+REST_VERSION = 2
+"""Raise when resting poses or reference grasps would come out otherwise, so that all are built again."""
 MAX_POSES = 5
 LEAST_PROBABILITY = 0.04
 SAME_POSE = np.radians(20)
@@ -37,6 +38,8 @@ TRIED = 10
 """Candidate grasps tried in physics for each pose at most."""
 KEPT = 6
 """Reference grasps after which no more are tried."""
+SOLID_GROUPS = np.array([1, 1, 1, 1, 0, 0], dtype=np.uint8)
+"""Geom groups that are shown or collide."""
 STARS = 1e3
 """Height from which rays are cast so far down that they are parallel [m]."""
 
@@ -56,12 +59,16 @@ def resting_directions(model: SceneObject) -> list[tuple[Floats, float]]:
         else:
             kept.append((transform[:3, :3], float(chance)))
     kept.sort(key=lambda p: -p[1])
-    return [p for p in kept if p[1] >= LEAST_PROBABILITY][:MAX_POSES]
+    likely = [p for p in kept if p[1] >= LEAST_PROBABILITY][:MAX_POSES]
+    # As it was modelled is how people put it down, however seldom it would fall so.
+    upright = [p for p in kept if p[0][2, 2] > np.cos(SAME_POSE)]
+    return likely + [p for p in upright if not any(p is q for q in likely)][:1]
 
 
 def measure_heights(model: mujoco.MjModel, data: mujoco.MjData, centre: tuple[float, float],
-                    centre_of_mass: tuple[float, float], half: float = 0.20) -> HeightField:
-    """Height field of what stands within ``half`` metres of ``centre``, by vertical rays."""
+                    centre_of_mass: tuple[float, float], half: float = 0.20,
+                    groups: NDArray[np.uint8] = SHOWN_GROUPS) -> HeightField:
+    """Height field of what stands within ``half`` metres of ``centre``, by vertical rays at ``groups``."""
     count = int(2 * half / CELL)
     origin = (centre[0] - half + CELL / 2, centre[1] - half + CELL / 2)
     x, y = np.meshgrid(origin[0] + CELL * np.arange(count), origin[1] + CELL * np.arange(count))
@@ -69,15 +76,15 @@ def measure_heights(model: mujoco.MjModel, data: mujoco.MjData, centre: tuple[fl
     rays = np.column_stack([x.ravel(), y.ravel(), np.zeros(count * count)]) - start
     distance = np.zeros(count * count)
     geom = np.zeros(count * count, np.int32)
-    mujoco.mj_multiRay(model, data, start, rays.ravel(), SHOWN_GROUPS, True, -1, geom, distance, None,
+    mujoco.mj_multiRay(model, data, start, rays.ravel(), groups, True, -1, geom, distance, None,
                        count * count, 2 * STARS)
     heights = np.where(geom >= 0, STARS * (1 - distance), 0).reshape(count, count)
     return HeightField(np.clip(heights, 0, None).astype(np.float32), origin, centre_of_mass)
 
 
 def rest(gripper: FloatingGripper, rotation: Floats, model: SceneObject) -> tuple[Floats, Floats] | None:
-    """Let the object go with ``rotation``; its position (3,) and quaternion at rest at x = y = 0,
-    or None when it rolled over, away or on."""
+    """Let the object go with ``rotation`` at the table's centre; its position (3,) and quaternion at
+    rest, or None when it rolled over, away or on."""
     quaternion = np.zeros(4)
     mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(rotation).ravel())
     low = min(float((h @ rotation.T)[:, 2].min()) for h in model.hulls)
@@ -96,8 +103,9 @@ def rest(gripper: FloatingGripper, rotation: Floats, model: SceneObject) -> tupl
 
 def reference_grasps(gripper: FloatingGripper, position: Floats, rotation: Floats) -> list[dict[str, Any]]:
     """Grasps of the resting object that held in physics, best first, in the object's frame."""
+    # With the hulls: where they stand out of the true shape, a finger would meet them on its way down.
     field = measure_heights(gripper.model, gripper.data, (position[0], position[1]),
-                            (position[0], position[1]))
+                            (position[0], position[1]), groups=SOLID_GROUPS)
     found = heightfield.analyse(field)
     state = gripper.state()
     kept = []
@@ -119,8 +127,7 @@ def reference_grasps(gripper: FloatingGripper, position: Floats, rotation: Float
 def build_rest(folder: Path) -> bool:
     """Write ``object.json`` of an object whose shape stage is done; False when up to date."""
     details = json.loads((folder / "shape.json").read_text())
-    code = "".join(inspect.getsource(m) for m in (heightfield, inspect.getmodule(build_rest)))  # type: ignore[arg-type]
-    mark = hashlib.sha256((code + details["fingerprint"]).encode()).hexdigest()
+    mark = hashlib.sha256(f"{REST_VERSION}|{details['fingerprint']}".encode()).hexdigest()
     done = folder / "object.json"
     if done.is_file() and json.loads(done.read_text()).get("rest_fingerprint") == mark:
         return False

@@ -39,7 +39,8 @@ def check(spec: ObjectSpec, parts: list[Part]) -> str:
     faces = sum(len(p.mesh.faces) for p in parts)
     faults = [f"part {i} not watertight" for i, p in enumerate(parts) if not p.mesh.is_watertight]
     faults += [f"part {i} inside out" for i, p in enumerate(parts) if p.mesh.volume <= 0]
-    faults += [f"part {i} is {p.mesh.body_count} bodies" for i, p in enumerate(parts) if p.mesh.body_count > 1]
+    faults += [f"part {i} is {p.mesh.body_count} bodies"
+               for i, p in enumerate(parts) if p.mesh.body_count > 1]
     if faces > 6000:
         faults.append(f"{faces} faces > 6000")
     volume = sum(p.mesh.volume for p in parts) / 1000

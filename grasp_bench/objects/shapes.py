@@ -10,6 +10,8 @@ Booleans, extrusions and revolutions go through Manifold, which guarantees a clo
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from itertools import pairwise
+from typing import Literal, TypeVar
 
 import manifold3d as m3
 import numpy as np
@@ -17,10 +19,14 @@ import trimesh
 from numpy.typing import ArrayLike, NDArray
 from shapely import affinity
 from shapely.geometry import LineString, MultiPolygon, Point, Polygon
+from shapely.geometry.base import BaseGeometry
 from shapely.ops import unary_union
 
 Mesh = trimesh.Trimesh
 Floats = NDArray[np.float64]
+Figure = BaseGeometry | ArrayLike
+"""A plane figure: shapely's polygons, or the corners (N, 2) of one."""
+G = TypeVar("G", bound=BaseGeometry)
 
 __all__ = [
     "Mesh", "arc", "bezier", "box", "capsule", "circle", "cone", "cylinder", "deform", "difference",
@@ -48,15 +54,23 @@ def _to_manifold(mesh: Mesh) -> m3.Manifold:
     return solid
 
 
-def _cross_section(shape: Polygon | MultiPolygon | ArrayLike) -> m3.CrossSection:
-    if not isinstance(shape, (Polygon, MultiPolygon)):
+def _cross_section(shape: Figure) -> m3.CrossSection:
+    if not isinstance(shape, BaseGeometry):
         shape = Polygon(np.asarray(shape, dtype=float))
     parts = shape.geoms if isinstance(shape, MultiPolygon) else [shape]
     rings: list[Floats] = []
     for part in parts:
+        if not isinstance(part, Polygon):
+            raise TypeError(f"a {part.geom_type} is not a plane figure")
         for ringline in (part.exterior, *part.interiors):
             rings.append(np.asarray(ringline.coords)[:-1])
     return m3.CrossSection(rings, m3.FillRule.EvenOdd)
+
+
+def _outline(shape: Figure) -> Polygon:
+    if isinstance(shape, BaseGeometry) and not isinstance(shape, Polygon):
+        raise TypeError(f"a {shape.geom_type} is not a polygon")
+    return shape if isinstance(shape, Polygon) else polygon(shape)
 
 
 # ---------------------------------------------------------------- plane figures (shapely)
@@ -102,10 +116,10 @@ def rounded(shape: Polygon, radius: float, segments: int = 4) -> Polygon:
     return shape.buffer(-radius, quad_segs=segments).buffer(radius, quad_segs=segments)
 
 
-def stroke(points: ArrayLike, width: float, cap: str = "round") -> Polygon:
+def stroke(points: ArrayLike, width: float, cap: Literal["round", "flat", "square"] = "round") -> Polygon:
     """Band of ``width`` along an open polyline (N, 2); ``cap`` is round, flat or square."""
     line = LineString(np.asarray(points, dtype=float))
-    return line.buffer(width / 2, cap_style=cap, quad_segs=6)  # type: ignore[arg-type]
+    return line.buffer(width / 2, cap_style=cap, quad_segs=6)
 
 
 def arc(radius: float, start: float, stop: float, x: float = 0.0, y: float = 0.0,
@@ -115,12 +129,12 @@ def arc(radius: float, start: float, stop: float, x: float = 0.0, y: float = 0.0
     return np.column_stack([x + radius * np.cos(t), y + radius * np.sin(t)])
 
 
-def bezier(*control: Sequence[float], segments: int = 16) -> Floats:
+def bezier(*control: ArrayLike, segments: int = 16) -> Floats:
     """Bézier curve (segments + 1, D) through the given control points (de Casteljau)."""
     t = np.linspace(0, 1, segments + 1)[:, None]
     points = [np.asarray(c, dtype=float)[None] for c in control]
     while len(points) > 1:
-        points = [(1 - t) * a + t * b for a, b in zip(points, points[1:], strict=False)]
+        points = [(1 - t) * a + t * b for a, b in pairwise(points)]
     return points[0]
 
 
@@ -202,7 +216,7 @@ def torus(major: float, minor: float, segments: int = 48, sides: int = 16) -> Me
     return revolve(circle(minor, x=major, segments=sides), segments=segments)
 
 
-def extrude(shape: Polygon | MultiPolygon | ArrayLike, height: float, *, twist: float = 0.0,
+def extrude(shape: Figure, height: float, *, twist: float = 0.0,
             taper: float = 1.0, steps: int = 0) -> Mesh:
     """Extrude a plane figure from z = 0 to ``height``.
 
@@ -217,9 +231,9 @@ def extrude(shape: Polygon | MultiPolygon | ArrayLike, height: float, *, twist: 
     return _from_manifold(m3.Manifold.extrude(section, height, layers, twist, (taper, taper)))
 
 
-def prism(shape: Polygon | ArrayLike, height: float, bevel: float) -> Mesh:
+def prism(shape: Figure, height: float, bevel: float) -> Mesh:
     """Extruded *convex* figure with its top and bottom edges chamfered by ``bevel``."""
-    outline = shape if isinstance(shape, Polygon) else polygon(shape)
+    outline = _outline(shape)
     inset = np.asarray(outline.buffer(-bevel).exterior.coords)[:-1]
     full = np.asarray(outline.exterior.coords)[:-1]
     cloud = [np.column_stack([ring_, np.full(len(ring_), z)])
@@ -227,7 +241,7 @@ def prism(shape: Polygon | ArrayLike, height: float, bevel: float) -> Mesh:
     return trimesh.convex.convex_hull(np.vstack(cloud))
 
 
-def revolve(profile: Polygon | ArrayLike, segments: int = 48, angle: float = 360.0) -> Mesh:
+def revolve(profile: Figure, segments: int = 48, angle: float = 360.0) -> Mesh:
     """Turn a closed profile of (r, z) points, r ≥ 0, about the z axis."""
     solid = m3.Manifold.revolve(_cross_section(profile), segments, angle)
     return _from_manifold(solid)
@@ -283,7 +297,7 @@ def loft(rings: Sequence[ArrayLike], closed: bool = False) -> Mesh:
     return mesh
 
 
-def sweep(section: Polygon | ArrayLike | float, path: ArrayLike, *, scales: ArrayLike | None = None,
+def sweep(section: Figure | float, path: ArrayLike, *, scales: ArrayLike | None = None,
           closed: bool = False, up: Sequence[float] = (0, 0, 1), segments: int = 16) -> Mesh:
     """Move a plane section along a path.
 
@@ -298,7 +312,7 @@ def sweep(section: Polygon | ArrayLike | float, path: ArrayLike, *, scales: Arra
     """
     if isinstance(section, (int, float)):
         section = circle(float(section), segments=segments)
-    outline = section if isinstance(section, Polygon) else polygon(section)
+    outline = _outline(section)
     flat = np.asarray(outline.exterior.coords)[:-1]
     if not outline.exterior.is_ccw:
         flat = flat[::-1]
@@ -404,12 +418,12 @@ def deform(mesh: Mesh, f: Callable[[Floats], Floats], max_edge: float | None = N
     return Mesh(f(np.asarray(mesh.vertices).copy()), mesh.faces, process=False)
 
 
-def figures(shapes: Iterable[Polygon]) -> Polygon | MultiPolygon:
+def figures(shapes: Iterable[BaseGeometry]) -> BaseGeometry:
     """Union of plane figures."""
-    return unary_union(list(shapes))  # type: ignore[return-value]
+    return unary_union(list(shapes))
 
 
-def place(shape: Polygon, x: float = 0.0, y: float = 0.0, turn: float = 0.0) -> Polygon:
+def place(shape: G, x: float = 0.0, y: float = 0.0, turn: float = 0.0) -> G:
     """Plane figure turned about the origin by ``turn`` degrees, then moved."""
     return affinity.translate(affinity.rotate(shape, turn, origin=(0, 0)), x, y)
 

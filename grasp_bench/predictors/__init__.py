@@ -39,7 +39,8 @@ _NETWORK = "grasp_bench.predictors.network:NetworkPredictor"
 BUILT_IN: dict[str, Entry] = {
     "htc-grasp": Entry(_NETWORK, "network", "HTC-Grasp, hybrid Transformer-CNN (Zhang et al., 2023)",
                        ("htc-grasp",), "htc-grasp.safetensors"),
-    "oracle": Entry(f"{_CONTROLS}:Oracle", "control", "reference grasps of the true mesh and pose: upper bound"),
+    "oracle": Entry(f"{_CONTROLS}:Oracle", "control",
+                    "reference grasps of the true mesh and pose: upper bound"),
     "antipodal": Entry(f"{_CONTROLS}:Antipodal", "control", "opposite depth edges, after Dex-Net's sampling"),
     "centroid": Entry(f"{_CONTROLS}:Centroid", "control", "middle and shorter axis of the depth blob"),
     "random": Entry(f"{_CONTROLS}:Random", "control", "a random place and direction on the object"),

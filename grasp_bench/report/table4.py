@@ -10,9 +10,10 @@ from typing import Any
 from grasp_bench.results import iter_timings, load_run, load_trials
 from grasp_bench.stats import wilson
 
-NOTE = ("Rows marked “paper” are real-robot results as printed in Table 4 of the HTC-Grasp paper: other robots, "
-        "other objects, other success rules. They are not directly comparable with the simulated rows, nor with "
-        "each other: their 95 % Wilson intervals all overlap, so no order can be claimed from them.")
+NOTE = ("Rows marked “paper” are real-robot results as printed in Table 4 of the HTC-Grasp paper: other "
+        "robots, other objects, other success rules. They are not directly comparable with the simulated "
+        "rows, nor with each other: their 95 % Wilson intervals all overlap, so no order can be "
+        "claimed from them.")
 
 
 @dataclass(frozen=True)

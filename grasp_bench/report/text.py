@@ -27,11 +27,13 @@ def _cells(row: dict[str, Any]) -> list[str]:
 
 
 def _breakdown(run: dict[str, Any]) -> list[list[str]]:
-    return [[outcome, str(count), f"{count / run['trials']:.1%}"] for outcome, count in run["outcomes"].items()]
+    return [[outcome, str(count), f"{count / run['trials']:.1%}"]
+            for outcome, count in run["outcomes"].items()]
 
 
 def _title(run: dict[str, Any]) -> str:
-    partial = "" if run["trials"] == run["planned_trials"] else f", {run['planned_trials'] - run['trials']} to go"
+    missing = run["planned_trials"] - run["trials"]
+    partial = f", {missing} to go" if missing else ""
     return (f"{run['run']}: {run['predictor']} on {run['scenario']}, seed {run['seed']}, "
             f"{run['renderer']}{partial}")
 
@@ -65,7 +67,8 @@ def as_markdown(report: dict[str, Any]) -> str:
     lines += [_row(_cells(row)) for row in report["table4"]]
     lines += ["", report["note"], ""]
     for run in report["runs"]:
-        lines += [f"### {_title(run)}", "", _row(("Outcome", "Trials", "Share")), _row(("---", "---:", "---:"))]
+        lines += [f"### {_title(run)}", ""]
+        lines += [_row(("Outcome", "Trials", "Share")), _row(("---", "---:", "---:"))]
         lines += [_row(line) for line in _breakdown(run)]
         lines += ["", f"Hardest objects: {_worst(run)}", ""]
     return "\n".join(lines)

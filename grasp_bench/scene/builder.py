@@ -23,6 +23,7 @@ from grasp_bench.scenario import Scenario
 
 OBJECT = "object"
 TABLE = "table"
+GROUND = "ground"
 ARM_PREFIX = "arm/"
 GRIPPER_PREFIX = "arm/gripper/"
 VISUAL_GROUP = 2
@@ -42,15 +43,29 @@ class SceneObject(Protocol):
     """What the builder needs of an object; see :class:`ObjectModel`."""
 
     @property
-    def mass(self) -> float: ...
+    def mass(self) -> float:
+        """Kilograms."""
+        ...
+
     @property
-    def inertia(self) -> np.ndarray: ...
+    def inertia(self) -> np.ndarray:
+        """Inertia matrix (3, 3) about the centre of mass [kg m²]."""
+        ...
+
     @property
-    def friction(self) -> float: ...
+    def friction(self) -> float:
+        """Against the pads."""
+        ...
+
     @property
-    def visual(self) -> list[VisualPart]: ...
+    def visual(self) -> list[VisualPart]:
+        """The coloured parts."""
+        ...
+
     @property
-    def hulls(self) -> list[np.ndarray]: ...
+    def hulls(self) -> list[np.ndarray]:
+        """Vertices (V, 3) of each convex piece [m]."""
+        ...
 
 
 def add_object(root: Any, model: SceneObject, scenario: Scenario, name: str = OBJECT) -> None:
@@ -82,10 +97,12 @@ def add_table(root: Any, scenario: Scenario) -> None:
     """Add table, floor, light and the camera's marker."""
     table = scenario.table
     root.worldbody.add("geom", name=TABLE, type="box", size=[table.size[0] / 2, table.size[1] / 2, 0.025],
-                       pos=[*table.center, -0.025], rgba=[*table.color, 1], condim=6,
-                       friction=[table.friction, 0.005, ROLLING_FRICTION], group=1)
+                       pos=[*table.center, -0.025], rgba=[*table.color, 1], contype=0, conaffinity=0, group=1)
+    # What carries is a plane: contacts of meshes with a box flicker, and keep some objects rocking for ever.
+    root.worldbody.add("geom", name=GROUND, type="plane", size=[3, 3, 0.1], condim=6, group=COLLISION_GROUP,
+                       friction=[table.friction, 0.005, ROLLING_FRICTION], rgba=[0, 0, 0, 0])
     root.worldbody.add("geom", name="floor", type="plane", size=[3, 3, 0.1], pos=[0, 0, -0.75],
-                       rgba=[0.35, 0.36, 0.38, 1], group=1)
+                       rgba=[0.35, 0.36, 0.38, 1], contype=0, conaffinity=0, group=1)
     root.worldbody.add("light", pos=[0.2, -0.6, 2.0], dir=[0.1, 0.3, -1], diffuse=[0.6, 0.6, 0.6])
     # Shown by viewers and GL pictures; the ray caster takes the pose from the scenario itself.
     rotation = scenario.camera.pose.rotation

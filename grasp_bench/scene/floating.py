@@ -21,8 +21,8 @@ from grasp_bench.scene.ec66 import FINGER_STROKE, FLANGE_TO_TCP
 Floats = NDArray[np.float64]
 
 PREFIX = "carrier/"
-PARK = 0.6
-"""Height at which the gripper waits [m]."""
+PARK = 1.0
+"""How far beside and above the table's edge the gripper waits, out of the way of all rays [m]."""
 CLOSING_SPEED = 0.15
 LIFT = 0.10
 LIFT_SPEED = 0.25
@@ -98,7 +98,7 @@ class FloatingGripper:
 
     def park(self) -> None:
         """Move the gripper out of the way, open."""
-        self._put([0, 0, PARK, 0], 2 * FINGER_STROKE)
+        self._put([PARK, 0, PARK, 0], 2 * FINGER_STROKE)
 
     def _put(self, carrier: Any, opening: float) -> None:
         self.data.qpos[self._carrier_q] = self.data.ctrl[self._carrier_u] = carrier
@@ -106,14 +106,15 @@ class FloatingGripper:
 
     def settle(self, seconds: float) -> bool:
         """Let the objects come to rest with the gripper parked; whether they did."""
-        chunk = 20
+        chunk, still = 20, 0
         for _ in range(int(seconds / (chunk * self.model.opt.timestep))):
             mujoco.mj_step(self.model, self.data, chunk)
             if self.data.warning.number.any():
                 return False
-            speed = [np.abs(self.data.qvel[self.model.jnt_dofadr[self.model.joint(f"object{i}").id]:][:6]).max()
-                     for i in range(len(self.object_q))]
-            if max(speed) < 0.01 and self.data.time > 0.1:
+            joints = [self.model.joint(f"object{i}").id for i in range(len(self.object_q))]
+            speed = [np.abs(self.data.qvel[self.model.jnt_dofadr[j]:][:6]).max() for j in joints]
+            still = still + 1 if max(speed) < 0.01 else 0
+            if still == 3:
                 return True
         return False
 

@@ -84,7 +84,7 @@ class SceneCamera:
                 return raycast(model, data, self.pose.position, self.directions)
             self._background = background
         region = self._region(model, data, body)
-        whole = Picture(*(channel.copy() for channel in self._background))
+        whole = Picture._make(channel.copy() for channel in self._background)
         part = raycast(model, data, self.pose.position, self.directions[region])
         for channel, fresh in zip(whole, part, strict=True):
             channel[region] = fresh

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from grasp_bench.grasps import GraspPose
 from grasp_bench.motion.trajectory import Trajectory
 from grasp_bench.scenario import Scenario
-from grasp_bench.scene.builder import ARM_PREFIX, GRIPPER_PREFIX, OBJECT, TABLE
+from grasp_bench.scene.builder import ARM_PREFIX, GRIPPER_PREFIX, GROUND, OBJECT
 from grasp_bench.scene.ec66 import FINGER_STROKE, HOME, JOINT_NAMES
 
 Floats = NDArray[np.float64]
@@ -70,7 +70,7 @@ class World:
         self._is_left = np.array([n == GRIPPER_PREFIX + "left_finger" for n in names])
         self._is_right = np.array([n == GRIPPER_PREFIX + "right_finger" for n in names])
         self._is_robot = np.array([n.startswith(ARM_PREFIX) for n in names])
-        self._is_table = np.array([model.geom(i).name == TABLE for i in range(model.ngeom)])
+        self._is_table = np.array([model.geom(i).name == GROUND for i in range(model.ngeom)])
         self.steps = 0
         self.observer: Callable[[World], None] | None = None
         """Called after every sample of a motion: for films and logs, never to act."""
@@ -121,7 +121,7 @@ class World:
         self.steps += count
         if self.data.warning.number.any():
             which = int(np.argmax(self.data.warning.number > 0))
-            raise UnstableError(f"MuJoCo warning {mujoco.mjtWarning(which).name[6:].lower()}")
+            raise UnstableError(f"MuJoCo warning {mujoco.mjtWarning(which).name[7:].lower()}")
 
     def command(self, q: Floats, velocity: Floats, jaw: float) -> None:
         """Set the servos: joint angles (6,) [rad] moving at ``velocity``, finger position [m]."""
@@ -169,7 +169,8 @@ class World:
             elif self._is_right[other]:
                 right += force[0]
             else:
-                elsewhere.add(self.model.geom(int(other)).name.removeprefix(ARM_PREFIX))
+                name = self.model.geom(int(other)).name
+                elsewhere.add("table" if name == GROUND else name.removeprefix(ARM_PREFIX))
         return Touch(left, right, tuple(sorted(elsewhere)))
 
     def collision_force(self) -> tuple[float, str]:

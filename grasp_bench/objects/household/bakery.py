@@ -3,12 +3,35 @@
 from __future__ import annotations
 
 import numpy as np
+from shapely.geometry.base import BaseGeometry
 
 from grasp_bench.objects.model import Part, household
 from grasp_bench.objects.shapes import (
-    Floats, Mesh, arc, box, cylinder, deform, difference, ellipsoid, extrude, hull, intersection,
-    loft, move, polygon, rect, revolve, rotate, rounded, rounded_box, sphere, spline, star, superellipsoid,
-    sweep, torus,
+    Floats,
+    Mesh,
+    arc,
+    box,
+    cylinder,
+    deform,
+    difference,
+    ellipsoid,
+    extrude,
+    hull,
+    intersection,
+    loft,
+    move,
+    polygon,
+    rect,
+    revolve,
+    rotate,
+    rounded,
+    rounded_box,
+    sphere,
+    spline,
+    star,
+    superellipsoid,
+    sweep,
+    torus,
 )
 
 
@@ -99,11 +122,10 @@ def popsicle() -> list[Part]:
             Part(layer(60, 100), "#d92b3a", "wax", "convex"), Part(stick, "#d9b98a", "wood", "convex")]
 
 
-def _soft(outline: object, height: float, radius: float) -> Mesh:
+def _soft(outline: BaseGeometry, height: float, radius: float) -> Mesh:
     """Convex plane figure extruded, with its edges rounded in two steps."""
     layers = [(radius, 0), (0.35 * radius, 0.3 * radius), (0, radius)]
-    slabs = [move(extrude(outline.buffer(-inset), height - 2 * z), z=z)  # type: ignore[attr-defined]
-             for inset, z in layers]
+    slabs = [move(extrude(outline.buffer(-inset), height - 2 * z), z=z) for inset, z in layers]
     return hull(*slabs)
 
 

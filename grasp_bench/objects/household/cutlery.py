@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from grasp_bench.objects.household.utensils import BEECH, BLACK, STEEL, bowl, grip, rod, turned
@@ -67,7 +69,7 @@ def chef_knife() -> list[Part]:
            source="common serrated bread knife: 175 mm blade 28 mm high, 290 mm overall, 140 g (retail data)")
 def bread_knife() -> list[Part]:
     x = np.linspace(-172, -14, 18)
-    waves = [p for a, b in zip(x, x[1:], strict=False)
+    waves = [p for a, b in pairwise(x)
              for p in ((a, -17), (a * 0.75 + b * 0.25, -13.2), (a * 0.25 + b * 0.75, -13.2))]
     outline = polygon([(6, 11), (-160, 11), *arc(14, 90, 180, -160, -3, 6), *waves[1:], (-14, -16), (-6, -11),
                        (6, -11)])

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 from shapely.geometry import Polygon
 from shapely.geometry import box as shapely_box
 
 from grasp_bench.objects.model import Part, household
 from grasp_bench.objects.shapes import (
+    Figure,
     Floats,
     Mesh,
     box,
@@ -33,11 +35,10 @@ from grasp_bench.objects.shapes import (
     vessel,
 )
 
-Points = list[tuple[float, float]] | Floats
 GLASS, CLEAR = "#a9cbd6", "#cfe3e8"
 
 
-def solid(profile: Points, inset: float = 0.0, segments: int = 48) -> Mesh:
+def solid(profile: ArrayLike, inset: float = 0.0, segments: int = 48) -> Mesh:
     """Filled body of revolution under an outer profile of (r, z), shrunk by ``inset``."""
     p = np.asarray(profile, dtype=float)
     # Shrunk as the whole cross-section, both sides of the axis, so that no hole opens along it.
@@ -45,7 +46,7 @@ def solid(profile: Points, inset: float = 0.0, segments: int = 48) -> Mesh:
     return revolve(section.intersection(shapely_box(0, -1e3, 1e3, 1e3)), segments)
 
 
-def ear(points: Points, width: float, thick: float, core: Mesh, steps: int = 20, sides: int = 12) -> Mesh:
+def ear(points: ArrayLike, width: float, thick: float, core: Mesh, steps: int = 20, sides: int = 12) -> Mesh:
     """Handle of oval section along (x, z) points, cut off where it enters ``core``."""
     path = np.insert(spline(points, steps), 1, 0.0, axis=1)
     return difference(sweep(ellipse(thick / 2, width / 2, segments=sides), path, up=(0, 1, 0)), core)
@@ -71,14 +72,14 @@ def staves(mesh: Mesh, material: str, *bands: tuple[float, int, str], turn: floa
         band, mesh = split(mesh, top)
         half = np.pi / count
         corner = 1000 * np.array([np.cos(half), np.sin(half)])
-        wedge = move(extrude([(0, 0), corner * [1, -1], corner], 2000), z=-1000)
+        wedge = move(extrude(np.stack([np.zeros(2), corner * [1, -1], corner]), 2000), z=-1000)
         pieces = [band] if count == 1 else [
             intersection(band, rotate(wedge, z=turn + i * 360 / count)) for i in range(count)]
         parts += [Part(piece, color, material, "convex") for piece in pieces]
     return parts
 
 
-def patch(figure: Polygon, profile: Points, angle: float, z: float, proud: float = 0.5) -> Mesh:
+def patch(figure: Figure, profile: ArrayLike, angle: float, z: float, proud: float = 0.5) -> Mesh:
     """Sticker of a plane figure on a body of revolution, seen upright from direction ``angle``."""
     stick = move(rotate(rotate(extrude(figure, 300), x=90), z=angle + 90), z=z)
     return intersection(stick, difference(solid(profile, -proud), solid(profile, 1.0)))

@@ -6,10 +6,10 @@ import manifold3d as m3
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
-from shapely.geometry import Polygon
 
 from grasp_bench.objects.model import Part
 from grasp_bench.objects.shapes import (
+    Figure,
     Mesh,
     box,
     capsule,
@@ -70,7 +70,7 @@ def along_x(mesh: Mesh) -> Mesh:
     return rotate(rotate(mesh, x=90), z=90)
 
 
-def along_y(shape: Polygon, width: float) -> Mesh:
+def along_y(shape: Figure, width: float) -> Mesh:
     """Extrude a side view, drawn in (x, z), over ``width`` centred on y = 0."""
     return move(rotate(extrude(shape, width), x=90), y=width / 2)
 

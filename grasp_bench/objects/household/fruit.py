@@ -8,8 +8,25 @@ from shapely.geometry import Polygon
 
 from grasp_bench.objects.model import Part, household
 from grasp_bench.objects.shapes import (
-    Floats, Mesh, bezier, box, deform, difference, ellipsoid, extrude, intersection, loft, move, polygon,
-    revolve, rotate, spline, star, sweep, union, vessel,
+    Floats,
+    Mesh,
+    bezier,
+    box,
+    deform,
+    difference,
+    ellipsoid,
+    extrude,
+    intersection,
+    loft,
+    move,
+    polygon,
+    revolve,
+    rotate,
+    spline,
+    star,
+    sweep,
+    union,
+    vessel,
 )
 
 STEM = "#6b4a2b"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from shapely.geometry.base import BaseGeometry
 
 from grasp_bench.objects.household.utensils import BLACK, STEEL, grip, rod, turned
 from grasp_bench.objects.model import Part, household
@@ -124,7 +125,7 @@ def box_grater() -> list[Part]:
             Part(move(rim, z=167), BLACK, "plastic"), Part(bow, BLACK, "plastic")]
 
 
-def cutter(outline: Polygon, height: float, flange: float) -> Mesh:
+def cutter(outline: BaseGeometry, height: float, flange: float) -> Mesh:
     """Cookie cutter: 2 mm wall with a wider rim at the top."""
     wall = extrude(outline.difference(outline.buffer(-2, join_style="mitre")), height)
     inner = outline.buffer(-2 - flange / 2, join_style="mitre")

@@ -8,10 +8,37 @@ from scipy.interpolate import PchipInterpolator
 from shapely.geometry import Polygon
 
 from grasp_bench.objects.model import Part, household
-from grasp_bench.objects.shapes import (Mesh, arc, bezier, box, circle, cone, cylinder, difference, ellipse,
-                                        extrude, figures, hull, intersection, loft, mirror, move, place,
-                                        polygon, rect, regular, revolve, rotate, rounded, rounded_box, star,
-                                        stroke, sweep, union)
+from grasp_bench.objects.shapes import (
+    Figure,
+    Mesh,
+    arc,
+    bezier,
+    box,
+    circle,
+    cone,
+    cylinder,
+    difference,
+    ellipse,
+    extrude,
+    figures,
+    hull,
+    intersection,
+    loft,
+    mirror,
+    move,
+    place,
+    polygon,
+    rect,
+    regular,
+    revolve,
+    rotate,
+    rounded,
+    rounded_box,
+    star,
+    stroke,
+    sweep,
+    union,
+)
 
 STEEL, DARK, WOOD, BLACK = "#979da4", "#5d646b", "#c58f4c", "#26282b"
 
@@ -26,12 +53,12 @@ def along_y(profile: ArrayLike, y: float = 0.0, segments: int = 24) -> Mesh:
     return move(rotate(revolve(profile, segments), x=-90), y=y)
 
 
-def slab(shape: Polygon, thickness: float) -> Mesh:
+def slab(shape: Figure, thickness: float) -> Mesh:
     """Plane figure extruded evenly to both sides of z = 0."""
     return move(extrude(shape, thickness), z=-thickness / 2)
 
 
-def upright(shape: Polygon, thickness: float) -> Mesh:
+def upright(shape: Figure, thickness: float) -> Mesh:
     """Plane figure of (x, z) points extruded evenly to both sides of y = 0."""
     return rotate(slab(shape, thickness), x=90)
 
@@ -63,7 +90,7 @@ def thread(radius: float, length: float, pitch: float, segments: int = 20) -> Me
     return Mesh(vertices, body.faces, process=False)
 
 
-def fluted(profile: ArrayLike, flutes: int, radius: float, reach: float) -> Mesh:
+def fluted(profile: Sequence[tuple[float, float]], flutes: int, radius: float, reach: float) -> Mesh:
     """Turned handle along x with ``flutes`` grooves of ``radius`` centred ``reach`` off its axis."""
     turn = np.arange(flutes) * 360 / flutes
     grooves = figures(place(circle(radius, reach, segments=16), turn=a) for a in turn)

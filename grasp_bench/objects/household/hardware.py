@@ -2,13 +2,45 @@
 
 import numpy as np
 
-from grasp_bench.objects.household.hand_tools import (BLACK, DARK, STEEL, along_x, along_y, fluted, thread,
-                                                      upright)
+from grasp_bench.objects.household.hand_tools import (
+    BLACK,
+    DARK,
+    STEEL,
+    along_x,
+    along_y,
+    fluted,
+    thread,
+    upright,
+)
 from grasp_bench.objects.model import Part, household
-from grasp_bench.objects.shapes import (arc, bezier, box, circle, cone, cylinder, difference, extrude,
-                                        figures, hull, intersection, move, place, polygon, prism, rect,
-                                        regular, revolve, rotate, rounded, rounded_box, sphere, spline,
-                                        sweep, torus, union)
+from grasp_bench.objects.shapes import (
+    arc,
+    bezier,
+    box,
+    circle,
+    cone,
+    cylinder,
+    difference,
+    extrude,
+    figures,
+    hull,
+    intersection,
+    move,
+    place,
+    polygon,
+    prism,
+    rect,
+    regular,
+    revolve,
+    rotate,
+    rounded,
+    rounded_box,
+    sphere,
+    spline,
+    sweep,
+    torus,
+    union,
+)
 
 BRASS = "#cfa23c"
 

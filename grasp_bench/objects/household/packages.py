@@ -4,12 +4,37 @@ from __future__ import annotations
 
 import numpy as np
 import trimesh
-from shapely.geometry import MultiPolygon, Polygon
+from shapely.geometry import Polygon
+from shapely.geometry.base import BaseGeometry
 
 from grasp_bench.objects.model import Part, household
 from grasp_bench.objects.shapes import (
-    Floats, Mesh, bezier, box, circle, cylinder, deform, difference, ellipse, extrude, figures, loft, move,
-    place, polygon, prism, rect, regular, revolve, rotate, rounded_box, spline, star, stroke, sweep, union,
+    Floats,
+    Mesh,
+    bezier,
+    box,
+    circle,
+    cylinder,
+    deform,
+    difference,
+    ellipse,
+    extrude,
+    figures,
+    loft,
+    move,
+    place,
+    polygon,
+    prism,
+    rect,
+    regular,
+    revolve,
+    rotate,
+    rounded_box,
+    spline,
+    star,
+    stroke,
+    sweep,
+    union,
 )
 
 STEEL = "#b9bdc2"
@@ -33,7 +58,7 @@ STROKES: dict[str, list[list[tuple[float, float]]]] = {
 """Letters as polylines in a unit-high box."""
 
 
-def _word(word: str, height: float, weight: float = 0.2) -> MultiPolygon | Polygon:
+def _word(word: str, height: float, weight: float = 0.2) -> BaseGeometry:
     """``word`` in block letters, centred on the origin."""
     shapes, x = [], 0.0
     for letter in word:
@@ -44,7 +69,7 @@ def _word(word: str, height: float, weight: float = 0.2) -> MultiPolygon | Polyg
     return figures(s.simplify(0.02 * height) for s in centred)
 
 
-def _label(figure: Polygon | MultiPolygon, front: float, z: float, wrap: bool = False,
+def _label(figure: BaseGeometry, front: float, z: float, wrap: bool = False,
            proud: float = 0.4) -> Mesh:
     """Figure printed on the side at x = ``front``, ``z`` up; ``wrap`` bends it round the z axis
     (and turns it 35 degrees towards the usual viewer).

@@ -30,8 +30,8 @@ from grasp_bench.objects.shapes import (
     union,
 )
 
-FACES = [{"x": 0}, {"x": 180}, {"y": 90}, {"y": -90}, {"x": 90}, {"x": -90}]
-"""Turns that bring the +z side of a cube to +z, -z, +x, -x, -y, +y."""
+FACES = [(0, 0, 0), (180, 0, 0), (0, 90, 0), (0, -90, 0), (90, 0, 0), (-90, 0, 0)]
+"""Turns about x, y, z that bring the +z side of a cube to +z, -z, +x, -x, -y, +y."""
 
 
 @household(
@@ -71,7 +71,7 @@ def foam_die() -> list[Part]:
         6: [(-d, s * d) for s in (-1, 0, 1)] + [(d, s * d) for s in (-1, 0, 1)],
     }
     pins = [
-        rotate(move(cylinder(4.6, 5.2, 20), x=x, y=y, z=20), **turn)
+        rotate(move(cylinder(4.6, 5.2, 20), x=x, y=y, z=20), *turn)
         for turn, count in zip(FACES, (1, 6, 5, 2, 3, 4), strict=True)
         for x, y in spots[count]
     ]
@@ -95,7 +95,7 @@ def puzzle_cube() -> list[Part]:
     tile = rounded(rect(17, 17), 1.8, 1)
     tiles = [move(extrude(tile, 1.4), x=19 * i, y=19 * j, z=27.5) for i in (-1, 0, 1) for j in (-1, 0, 1)]
     side = union(move(box(40, 40, 1.5), z=26.2), *tiles)
-    sides = [rotate(side, **turn) for turn in FACES]
+    sides = [rotate(side, *turn) for turn in FACES]
     colors = ("#f5f5f2", "#f7d716", "#c41e3a", "#f2711c", "#0a9b4b", "#1257b5")
     core = difference(move(rounded_box(57, 57, 57, 2, 2), z=-28.5), *sides)
     return [

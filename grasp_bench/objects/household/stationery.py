@@ -1,11 +1,13 @@
 """Things one writes, cuts, sticks and staples with."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 from shapely import affinity
-from shapely.geometry import Polygon
+from shapely.geometry.base import BaseGeometry
 
 from grasp_bench.objects.model import Part, household
 from grasp_bench.objects.shapes import (
+    Figure,
     Mesh,
     arc,
     box,
@@ -41,13 +43,13 @@ def _convex(mesh: Mesh, color: str, material: str = "plastic") -> Part:
     return Part(mesh, color, material, "convex")
 
 
-def _side(shape: Polygon, width: float, bevel: float = 0.0) -> Mesh:
+def _side(shape: Figure, width: float, bevel: float = 0.0) -> Mesh:
     """Figure of the xz plane, ``width`` thick in y; ``bevel`` wants a convex one."""
     solid = prism(shape, width, bevel) if bevel else extrude(shape, width)
     return move(rotate(solid, x=90), y=width / 2)
 
 
-def _across(shape: Polygon, width: float, bevel: float = 0.0) -> Mesh:
+def _across(shape: Figure, width: float, bevel: float = 0.0) -> Mesh:
     """Figure of the yz plane, ``width`` thick in x; ``bevel`` wants a convex one."""
     return rotate(_side(shape, width, bevel), z=90)
 
@@ -83,7 +85,7 @@ def tape_dispenser() -> list[Part]:
     well = _side(circle(35, hub_x, hub_z), 25)
     body = difference(_side(outline, 60), well)
 
-    def wheel(figure: Polygon, width: float) -> Mesh:
+    def wheel(figure: BaseGeometry, width: float) -> Mesh:
         return _side(affinity.translate(figure, hub_x, hub_z), width)
 
     tape = wheel(circle(31).difference(circle(19)), 19)
@@ -98,7 +100,7 @@ def tape_dispenser() -> list[Part]:
             _convex(blade, STEEL, "steel")]
 
 
-def _scissors(blade: Polygon, handles: tuple[Polygon, Polygon], half_angle: float, thickness: float,
+def _scissors(blade: Figure, handles: tuple[Figure, Figure], half_angle: float, thickness: float,
               colors: tuple[str, str]) -> list[Part]:
     """Two halves turned about the origin; figures are those of the half whose handle lies at y < 0."""
     gauge, middle = 2.2, thickness / 2
@@ -114,12 +116,11 @@ def _scissors(blade: Polygon, handles: tuple[Polygon, Polygon], half_angle: floa
 
 
 def _loop(x: float, y: float, length: float, width: float, wall: float, turn: float,
-          neck: list[tuple[float, float]]) -> Polygon:
+          neck: ArrayLike) -> BaseGeometry:
     """Handle of a scissor half: an oval ring on a neck."""
     outer = place(ellipse(length / 2, width / 2, segments=36), x, y, turn)
     inner = place(ellipse(length / 2 - wall, width / 2 - wall, segments=28), x, y, turn)
-    return figures([outer,
-                    stroke(neck, 15)]).buffer(6).buffer(-6).difference(inner)  # type: ignore[return-value]
+    return figures([outer, stroke(neck, 15)]).buffer(6).buffer(-6).difference(inner)
 
 
 @household(category="scissors", family="office", mass=0.085, material="plastic",

@@ -11,6 +11,7 @@ from scipy.interpolate import PchipInterpolator
 
 from grasp_bench.objects.model import Part, household
 from grasp_bench.objects.shapes import (
+    Figure,
     Mesh,
     arc,
     box,
@@ -63,7 +64,7 @@ def straight_grip(start: float, stop: float, width: float, height: float, power:
                 power=power, steps=2)
 
 
-def turned(profile: ArrayLike, segments: int = 20) -> Mesh:
+def turned(profile: Figure, segments: int = 20) -> Mesh:
     """Body turned about the x axis from a closed profile of (radius, x)."""
     return rotate(revolve(profile, segments), y=90)
 

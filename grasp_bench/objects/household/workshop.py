@@ -1,19 +1,50 @@
 """Cutting, measuring, clamping and painting tools."""
 
 import numpy as np
-from shapely.geometry import Polygon
+from shapely.geometry.base import BaseGeometry
 
-from grasp_bench.objects.household.hand_tools import (BLACK, DARK, STEEL, WOOD, along_x, along_y, limb, slab,
-                                                      thread, upright)
+from grasp_bench.objects.household.hand_tools import (
+    BLACK,
+    DARK,
+    STEEL,
+    WOOD,
+    along_x,
+    along_y,
+    limb,
+    slab,
+    thread,
+    upright,
+)
 from grasp_bench.objects.model import Part, household
-from grasp_bench.objects.shapes import (Mesh, arc, bezier, box, circle, cylinder, difference, ellipse,
-                                        extrude, figures, hull, loft, move, polygon, rect, rotate, rounded,
-                                        rounded_box, spline, stroke, sweep, union)
+from grasp_bench.objects.shapes import (
+    Mesh,
+    arc,
+    bezier,
+    box,
+    circle,
+    cylinder,
+    difference,
+    ellipse,
+    extrude,
+    figures,
+    hull,
+    loft,
+    move,
+    polygon,
+    rect,
+    rotate,
+    rounded,
+    rounded_box,
+    spline,
+    stroke,
+    sweep,
+    union,
+)
 
 YELLOW = "#f2bd1d"
 
 
-def _plate(shape: Polygon, thickness: float, bevel: float) -> Mesh:
+def _plate(shape: BaseGeometry, thickness: float, bevel: float) -> Mesh:
     """Slab whose outline steps in by ``bevel`` towards both faces."""
     return union(slab(shape.buffer(-bevel, quad_segs=3), thickness), slab(shape, thickness - 2 * bevel))
 

@@ -68,7 +68,7 @@ def run(
     from grasp_bench.scene.rendering import resolve_renderer
 
     chosen = load_scenario(scenario)
-    is_folder = os.path.isdir(objects)
+    is_folder = objects != "all" and os.path.isdir(objects)
     catalog = Catalog(Path(objects) if is_folder else None)
     names = catalog.select("all" if is_folder else objects)
     label = predictor.replace(":", "-").replace("/", "-")
@@ -144,7 +144,7 @@ def report(
     formats = ("table", "markdown", "json")
     if fmt not in formats:
         raise UnknownNameError("report format", fmt, formats)
-    content = build_report(find_runs(folder))
+    content = build_report(find_runs(folder), folder)
     if fmt == "table" and out is None:
         from grasp_bench.report.text import show
 

@@ -90,8 +90,8 @@ class RunFolder:
     def __exit__(self, *_: object) -> None:
         for file in self._files.values():
             file.close()
-        self._lock.release()
         (self.path / ".lock").unlink(missing_ok=True)
+        self._lock.release()
 
     def start(self, run: dict[str, Any]) -> set[int]:
         """Begin or resume ``run``; the numbers of trials already done.
@@ -141,14 +141,17 @@ class RunFolder:
                                    "again.") from error
 
     def finish(self) -> None:
-        """Put trials and timings in trial order."""
+        """Put trials and timings in trial order; files that are so already are left alone."""
         for file in self._files.values():
             file.close()
         self._files.clear()
         for name in (TRIALS, TIMINGS):
-            records, _ = read_lines(self.path / name)
+            path = self.path / name
+            records, _ = read_lines(path)
             ordered = sorted({r["trial"]: r for r in records}.values(), key=lambda r: r["trial"])
-            _write_synced(self.path / name, "".join(dump(r) + "\n" for r in ordered))
+            text = "".join(dump(r) + "\n" for r in ordered)
+            if not path.is_file() or path.read_bytes() != text.encode():
+                _write_synced(path, text)
 
 
 def _named(key: str) -> str:

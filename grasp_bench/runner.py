@@ -162,7 +162,7 @@ def run(settings: Settings, jobs: list[Job], out: Path, workers: int,
         todo = [j for j in jobs if j.trial not in done]
         if todo:
             _run_pool(settings, todo, catalog, folder, workers, progress)
-            folder.finish()
+        folder.finish()  # also where a run was killed after its last trial, before this
         return RunSummary(out, len(done), len(todo), folder.repaired)
 
 

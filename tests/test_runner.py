@@ -89,6 +89,16 @@ def test_a_killed_run_resumes_to_the_same_bytes(settings: Settings, unbroken: Pa
     assert (out / "trials.jsonl").read_bytes() == (unbroken / "trials.jsonl").read_bytes()
 
 
+def test_a_run_killed_after_its_last_trial_is_put_in_order(
+        settings: Settings, unbroken: Path, tmp_path: Path) -> None:
+    out = tmp_path / "killed"
+    shutil.copytree(unbroken, out)
+    whole = (out / "trials.jsonl").read_text().splitlines(keepends=True)
+    (out / "trials.jsonl").write_text("".join(whole[::-1]))
+    assert run(settings, spread(OBJECTS, 6), out, 1).added == 0
+    assert (out / "trials.jsonl").read_bytes() == (unbroken / "trials.jsonl").read_bytes()
+
+
 def test_a_finished_run_is_left_as_it_is(settings: Settings, unbroken: Path) -> None:
     before = {p.name: (p.read_bytes(), p.stat().st_mtime_ns) for p in unbroken.iterdir()}
     summary = run(settings, spread(OBJECTS, 6), unbroken, 1)
@@ -113,11 +123,11 @@ def test_a_run_that_differs_is_refused(settings: Settings, unbroken: Path) -> No
 
 def test_a_trial_that_hangs_or_kills_its_worker_is_recorded_and_the_run_goes_on(
         settings: Settings, scenario: Scenario, tmp_path: Path) -> None:
-    quick = scenario.model_copy(update={"trial_timeout": 6.0})
+    quick = scenario.model_copy(update={"trial_timeout": 8.0})
     harsh = Settings(quick, settings.objects, "fake_predictors:ByColour", 0, "raycast")
     run(harsh, spread(["block", "pot", "bar"], 3), tmp_path, 1)
     hung, died, fine = lines(tmp_path)
-    assert (hung["object"], hung["outcome"], hung["detail"]) == ("block", "timeout", "no answer within 6 s")
+    assert (hung["object"], hung["outcome"], hung["detail"]) == ("block", "timeout", "no answer within 8 s")
     assert (died["object"], died["outcome"]) == ("pot", "error")
     assert "worker process died (exit code 7)" in died["detail"]
     assert (fine["object"], fine["outcome"]) == ("bar", "no_grasp")

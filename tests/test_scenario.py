@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+import yaml
 
 from grasp_bench.errors import ScenarioError, UnknownNameError
+from grasp_bench.paths import scenarios_dir
 from grasp_bench.scenario import Scenario, load_scenario, parse_scenario, scenario_names
 
 
@@ -119,3 +121,12 @@ def test_an_unknown_name_is_refused_with_the_nearest() -> None:
 def test_a_scenario_cannot_be_changed_by_accident() -> None:
     with pytest.raises(ValueError, match="frozen"):
         load_scenario("table4").gripper.force = 30
+
+
+def test_the_reference_scenario_writes_every_key_out() -> None:
+    written = yaml.safe_load((scenarios_dir() / "table4.yaml").read_text())
+    loaded = load_scenario("table4").model_dump()
+    assert set(written) == set(loaded)
+    for key, value in loaded.items():
+        if isinstance(value, dict):
+            assert set(written[key]) == set(value), key

@@ -101,12 +101,12 @@ def _score(h: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], yaw: fl
 
     # Ground under both fingers for each symmetric opening.
     profile = patch.max(axis=1)
-    width = int(round(FINGER / CELL))
+    width = round(FINGER / CELL)
     ground = np.stack([np.maximum(profile[:, _near(e):_near(e) + width].max(1),
                                   profile[:, _near(-e) - width + 1:_near(-e) + 1].max(1))
-                       for e in HALF_OPENINGS], axis=1)  # (N, E)
+                       for e in HALF_OPENINGS.tolist()], axis=1)  # (N, E)
     ground = np.where(ground > TABLE_NOISE, ground + CLEARANCE, 0)
-    inner = np.stack([profile[:, _near(-e) + 1:_near(e)].max(1) for e in HALF_OPENINGS], axis=1)
+    inner = np.stack([profile[:, _near(-e) + 1:_near(e)].max(1) for e in HALF_OPENINGS.tolist()], axis=1)
     tip = np.maximum(np.maximum(inner - INSERTION, CLEARANCE), ground)
     free = inner - tip >= LEAST_INSERTION
     depth = np.where(free, inner - tip, 0)
@@ -152,7 +152,7 @@ def _score(h: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], yaw: fl
 
 def _near(position: float) -> int:
     """Index of the sample nearest to ``position`` along the jaws."""
-    return int(round((position - float(ALONG[0])) / CELL))
+    return round((position - float(ALONG[0])) / CELL)
 
 
 def _edge(mask: NDArray[np.bool_], side: int) -> tuple[Floats, Floats, Floats]:

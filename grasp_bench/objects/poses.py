@@ -110,7 +110,8 @@ def reference_grasps(gripper: FloatingGripper, position: Floats, rotation: Float
     state = gripper.state()
     kept = []
     for row, column in heightfield.maxima(found, TRIED):
-        tip = np.array([field.origin[0] + column * CELL, field.origin[1] + row * CELL, found.tip[row, column]])
+        tip = np.array([field.origin[0] + column * CELL, field.origin[1] + row * CELL,
+                        found.tip[row, column]])
         yaw, opening = float(found.yaw[row, column]), float(found.opening[row, column])
         attempt = gripper.attempt(state, tip, yaw, opening)
         if attempt.held:

@@ -41,8 +41,8 @@ def _rate(successes: int, trials: int) -> dict[str, Any]:
     return {"successes": successes, "trials": trials, "rate": successes / trials, "wilson95": [low, high]}
 
 
-def summarise(folder: Path) -> dict[str, Any] | None:
-    """Figures of one run; None when it holds no trial yet."""
+def summarise(folder: Path, root: Path | None = None) -> dict[str, Any] | None:
+    """Figures of one run, named by its path below ``root``; None when it holds no trial yet."""
     run, trials = load_run(folder), load_trials(folder)
     if trials.empty:
         return None
@@ -56,7 +56,8 @@ def summarise(folder: Path) -> dict[str, Any] | None:
     phases = sorted({k for t in timings for k in t} - {"trial"})
     seconds = {p: round(sum(t.get(p, 0.0) for t in timings) / len(timings), 5) for p in phases}
     return {
-        "run": folder.name, "predictor": run["predictor"], "scenario": run["scenario"]["name"],
+        "run": folder.name if root in (None, folder) else folder.relative_to(root).as_posix(),
+        "predictor": run["predictor"], "scenario": run["scenario"]["name"],
         "seed": run["seed"], "renderer": run["renderer"], "weights": run.get("weights"),
         "planned_trials": run["trials"], **_rate(int(trials["success"].sum()), len(trials)),
         "outcomes": dict(sorted(Counter(trials["outcome"]).items(), key=lambda o: (-o[1], o[0]))),
@@ -64,9 +65,9 @@ def summarise(folder: Path) -> dict[str, Any] | None:
     }
 
 
-def build_report(folders: list[Path]) -> dict[str, Any]:
-    """All runs with their figures, and Table 4 with a row for each; see the README for the layout."""
-    runs = [s for s in map(summarise, folders) if s is not None]
+def build_report(folders: list[Path], root: Path | None = None) -> dict[str, Any]:
+    """All runs below ``root`` with their figures, and Table 4 with a row for each."""
+    runs = [s for s in (summarise(f, root) for f in folders) if s is not None]
     table: list[dict[str, Any]] = [
         {"authors": row.authors, "system": row.system, **_rate(row.successes, row.trials),
          "printed_rate": row.printed_rate, "source": "paper", "run": None}

@@ -1,0 +1,34 @@
+"""Writes the measured tables into README.md and docs/results.md: ``python docs/make_tables.py``."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from grasp_bench.report.table4 import build_report
+from grasp_bench.report.text import as_markdown
+from grasp_bench.results import find_runs
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def replace(path: Path, marker: str, text: str) -> None:
+    """Put ``text`` between ``<!-- marker -->`` and ``<!-- /marker -->``."""
+    content = path.read_text(encoding="utf-8")
+    pattern = re.compile(rf"(<!-- {marker} -->\n).*?(<!-- /{marker} -->)", re.DOTALL)
+    if not pattern.search(content):
+        raise SystemExit(f"{path} has no marker {marker!r}")
+    path.write_text(pattern.sub(lambda m: m[1] + text.strip() + "\n" + m[2], content), encoding="utf-8")
+
+
+def main() -> None:
+    reference = ROOT / "results" / "reference"
+    markdown = as_markdown(build_report(find_runs(reference), reference))
+    table, _, rest = markdown.partition("\n### ")
+    replace(ROOT / "README.md", "table4", table.replace("## Table 4, re-measured\n", ""))
+    replace(ROOT / "docs" / "results.md", "table4", table.replace("## Table 4, re-measured\n", ""))
+    replace(ROOT / "docs" / "results.md", "runs", "### " + rest)
+
+
+if __name__ == "__main__":
+    main()

@@ -20,7 +20,7 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 from grasp_bench.objects.catalog import FILES, MANIFEST, sha256
-from grasp_bench.objects.decompose import compare, decompose
+from grasp_bench.objects.decompose import BOUNDS, compare, decompose
 from grasp_bench.objects.materials import MATERIALS
 from grasp_bench.objects.model import REGISTRY, ObjectSpec, Part
 from grasp_bench.objects.shapes import Mesh, union
@@ -64,7 +64,8 @@ def build_shape(spec: ObjectSpec, folder: Path) -> bool:
     """Write ``visual.glb``, ``collision.glb`` and ``shape.json``; False when up to date.
 
     Raises:
-        ValueError: for a part that is not watertight, or too many faces or hulls.
+        ValueError: for a part that is not watertight, too many faces or hulls, or convex pieces
+            that stray beyond :data:`~grasp_bench.objects.decompose.BOUNDS`.
     """
     raw = spec.build()
     mark = fingerprint(raw, spec)
@@ -80,6 +81,9 @@ def build_shape(spec: ObjectSpec, folder: Path) -> bool:
     parts = _metres(raw)
     solid = union(*(p.mesh for p in parts))
     error = compare(solid, hulls)
+    beyond = [n for n, (low, high) in BOUNDS.items() if not low <= getattr(error, n) <= high]
+    if beyond:
+        raise ValueError(f"{spec.name}: the convex pieces stray too far from the shape: {error}")
     centre, inertia = mass_properties(parts, spec.mass)
     target.mkdir(parents=True, exist_ok=True)
     _write_visual(parts, centre, target / "visual.glb")

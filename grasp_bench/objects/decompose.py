@@ -22,6 +22,8 @@ Floats = NDArray[np.float64]
 
 MAX_HULLS = 32
 MAX_VERTICES = 64
+BOUNDS = {"volume_ratio": (0.88, 1.65), "mean_distance": (0.0, 0.0015), "max_distance": (0.0, 0.012)}
+"""What the decomposition error of every shipped object stays within (distances in metres)."""
 THRESHOLDS = (0.04, 0.06, 0.09, 0.13, 0.2, 0.3)
 """CoACD concavities tried in turn until an object has at most :data:`MAX_HULLS` pieces."""
 

@@ -42,15 +42,18 @@ FACES = [(0, 0, 0), (180, 0, 0), (0, 90, 0), (0, -90, 0), (90, 0, 0), (-90, 0, 0
     source="Lego Duplo 2 x 4 brick: 63.8 x 31.8 x 19.2 mm + studs of 9.4 x 4.4 mm, ~12 g",
 )
 def toy_brick() -> list[Part]:
-    block = rounded_box(63.8, 31.8, 19.2, 0.6, 2)
     stud = difference(cylinder(4.7, 5.4, 24), move(cylinder(3.2, 3, 20), z=2.9))
     studs = [
         Part(move(stud, x=x, y=y, z=18.2), "#d3202a", "plastic", "convex")
         for x in (-24, -8, 8, 24)
         for y in (-8, 8)
     ]
-    holes = [move(box(12, 12, 16), x=x, y=y) for x in (-22.5, -7.5, 7.5, 22.5) for y in (-7, 7)]
-    return [Part(difference(block, *(move(h, z=-1) for h in holes)), "#d3202a", "plastic", "convex"), *studs]
+    shell = [  # a hollow underside between 2.5 mm walls, with a rib across
+        move(prism(rect(63.8, 31.8, 0.6), 4.2, 0.5), z=15),
+        *(move(box(63.8, 2.5, 15.2), y=y) for y in (-14.65, 14.65)),
+        *(move(box(2.5, 26.8, 15.2), x=x) for x in (-30.65, 0, 30.65)),
+    ]
+    return [*(Part(wall, "#d3202a", "plastic", "convex") for wall in shell), *studs]
 
 
 @household(

@@ -13,7 +13,7 @@ import pytest
 import trimesh
 
 from grasp_bench.camera import CameraPose, Intrinsics, RgbdImage
-from grasp_bench.datasets import cli, random_solids
+from grasp_bench.datasets import cli, generate, random_solids
 from grasp_bench.datasets.random_shapes import RandomObject, assemble, random_object
 from grasp_bench.datasets.synthetic import SynthConfig, make_scene, record
 from grasp_bench.errors import GraspBenchError
@@ -70,13 +70,13 @@ def test_arrays_have_their_types_and_ranges(scenes: list[dict[str, np.ndarray]])
 
 def test_files_do_not_depend_on_workers_and_are_kept(tmp_path: Path) -> None:
     one, two = tmp_path / "one", tmp_path / "two"
-    cli.generate(two, 2, 7, QUICK, workers=2)
+    generate.generate(two, 2, 7, QUICK, workers=2)
     shutil.copytree(two, one)
     kept, broken = (one / "scenes" / f"00000{i}.npz" for i in range(2))
     stamp = kept.stat().st_mtime_ns
     broken.write_bytes(broken.read_bytes()[:-100])
     (one / "index.jsonl").unlink()
-    made = cli.generate(one, 2, 7, QUICK, workers=1)
+    made = generate.generate(one, 2, 7, QUICK, workers=1)
     assert not made.failed
     assert kept.stat().st_mtime_ns == stamp
     assert (one / "index.jsonl").read_text() == (two / "index.jsonl").read_text()
@@ -89,7 +89,7 @@ def test_files_do_not_depend_on_workers_and_are_kept(tmp_path: Path) -> None:
     cli.show_command(two, 2, sheet)
     assert sheet.stat().st_size > 10000
     with pytest.raises(GraspBenchError, match="another folder"):
-        cli.generate(two, 2, 8, QUICK)
+        generate.generate(two, 2, 8, QUICK)
 
 
 # ---------------------------------------------------------------- labels
@@ -158,6 +158,6 @@ def test_shapes_are_closed_and_their_pieces_fill_them() -> None:
 
 
 def test_generator_knows_nothing_of_the_benchmarks_objects() -> None:
-    code = ("import sys, grasp_bench.datasets.synthetic, grasp_bench.datasets.cli; "
+    code = ("import sys, grasp_bench.datasets.synthetic, grasp_bench.datasets.generate; "
             "sys.exit(any('household' in m for m in sys.modules))")
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -1,0 +1,51 @@
+"""Pictures of training scenes with their labels."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from grasp_bench.errors import AssetError
+from grasp_bench.training.dataset import Scene, load_scene
+
+
+def sample_sheet(folder: Path, count: int, out: Path) -> list[str]:
+    """Draw ``count`` scenes spread over the data set in ``folder`` into a PNG; returns their names.
+
+    Raises:
+        AssetError: when the folder has no index, or a scene is damaged.
+    """
+    index = folder / "index.jsonl"
+    if not index.is_file():
+        raise AssetError(f"{folder} has no index.jsonl; name a folder made by `grasp-bench data synth`.")
+    lines = [json.loads(line) for line in index.read_text().splitlines()]
+    chosen = [lines[i] for i in np.unique(np.linspace(0, len(lines) - 1, count).astype(int))]
+    strips = [_strip(load_scene(folder / e["file"]), e["scene"]) for e in chosen]
+    if len(strips) > 1:  # two scenes a row
+        strips = [np.hstack(pair) for pair in zip(strips[::2], strips[1::2], strict=False)]
+    cv2.imwrite(str(out), np.vstack(strips)[..., ::-1])
+    return [e["scene"] for e in chosen]
+
+
+def _strip(scene: Scene, title: str) -> NDArray[np.uint8]:
+    """Four pictures (S, 4·S, 3) of one scene side by side."""
+    photo = scene.rgb.copy()
+    for grasp in scene.truths():
+        corners = np.round((grasp.rectangle(height=12) - 0.5) * 8).astype(np.int32)
+        cv2.polylines(photo, [corners], True, (40, 220, 60), 1, cv2.LINE_AA, 3)
+        for a, b in ((1, 2), (3, 0)):  # the fingers
+            cv2.line(photo, corners[a].tolist(), corners[b].tolist(), (230, 30, 40), 2, cv2.LINE_AA, 3)
+    cv2.putText(photo, title, (4, 14), cv2.FONT_HERSHEY_SIMPLEX, 0.45, (128, 0, 128), 1, cv2.LINE_AA)
+    depth = scene.depth.astype(float)
+    near, far = np.percentile(depth[depth > 0], [0.5, 99.5])
+    shade = 230 - 200 * np.clip((depth - near) / max(far - near, 1), 0, 1)
+    grey = np.where(depth > 0, shade, 0).astype(np.uint8)
+    heat = cv2.applyColorMap(scene.quality, cv2.COLORMAP_INFERNO)[..., ::-1]
+    hue = np.mod(scene.angle.astype(float) * 180 / np.pi, 180).astype(np.uint8)
+    on = np.where(scene.quality > 12, 255, 0).astype(np.uint8)
+    angle = cv2.cvtColor(np.dstack([hue, on, np.maximum(on, 40)]), cv2.COLOR_HSV2RGB)
+    return np.asarray(np.hstack([photo, np.dstack([grey] * 3), heat, angle]), np.uint8)

@@ -30,6 +30,11 @@ TABLE_NOISE = 0.004
 """Heights below this count as table [m]."""
 LEAST_INSERTION = 0.003
 """A grasp whose fingers reach less far below the top of what they hold is not tried [m]."""
+SIDE_CLEARANCE = 0.002
+"""Room that a finger on its way down wants beside it [m]."""
+WIDENING_STEP = 0.004
+WIDENING_GAIN = 0.004
+"""The jaws are opened wider than predicted until the tips come this near to the wanted depth [m]."""
 WAYPOINT = 0.025
 """Spacing of waypoints on straight lines [m]."""
 
@@ -134,36 +139,59 @@ def grasp_pose(scene: SeenScene, grasp: Grasp, motion: Motion) -> tuple[GraspPos
     The height of the object under the grasp is the 95th percentile of the heights seen
     inside the grasp's rectangle, the plane on which its centre and ends are deprojected. The
     tips go ``motion.insertion`` below it, never nearer to the table than
-    ``motion.table_clearance``, and never into what is seen under the open fingers.
+    ``motion.table_clearance``, and never into what is seen under the open fingers; where that
+    would keep them up, the jaws are opened wider than predicted.
 
     Raises:
-        Blocked: where nothing stands, or the fingers cannot get below the top of it.
+        Blocked: where nothing was measured, or the fingers cannot get below the top of it.
     """
     heights = scene.heights_in(grasp)
     if len(heights) < 4:
         raise Blocked("no depth was measured inside the grasp")
     top = float(np.percentile(heights, 95))
-    if top < TABLE_NOISE:
-        raise Blocked("the grasp holds nothing but table")
+    empty = top < TABLE_NOISE  # nothing but table: carried out all the same, to close on nothing
+    top = 0.0 if empty else top
     centre = scene.on_plane(np.array([grasp.x, grasp.y]), top)
     first, second = (scene.on_plane(end, top) for end in grasp.ends())
     span = second - first
-    opening = float(min(np.linalg.norm(span[:2]), 2 * FINGER_STROKE))
     axis = span / max(float(np.linalg.norm(span)), 1e-9)
-    tip = max(top - motion.insertion, motion.table_clearance)
+    wanted = max(top - motion.insertion, motion.table_clearance)
     offset, height = scene.local(centre, axis)
-    across = np.abs(offset[:, 1]) < JAW / 2
-    for side in (-1, 1):
-        along = side * offset[:, 0] - opening / 2
-        under = height[across & (along > 0) & (along < FINGER)]
-        if len(under) >= 3:
-            ground = float(np.percentile(under, 90))
-            if ground > TABLE_NOISE:
-                tip = max(tip, ground + motion.table_clearance)
-    if top - tip < LEAST_INSERTION:
+    under_jaws = np.abs(offset[:, 1]) < JAW / 2 + SIDE_CLEARANCE
+    along, height = offset[under_jaws, 0], height[under_jaws]
+    tip, opening = np.inf, 0.0
+    for trial in openings(float(np.linalg.norm(span[:2]))):
+        lowest = max(wanted, *(ground_under(side * along - trial / 2, height) + motion.table_clearance
+                               for side in (-1, 1)))
+        if lowest < tip - 1e-6:
+            tip, opening = lowest, trial
+        if tip <= wanted + WIDENING_GAIN:
+            break
+    if top - tip < LEAST_INSERTION and not empty:
         raise Blocked(f"the fingers reach only {1000 * (top - tip):.1f} mm below the top of the object")
     yaw = math.atan2(axis[1], axis[0])
     return GraspPose.top_down([centre[0], centre[1], tip], yaw, opening), top
+
+
+def openings(predicted: float) -> list[float]:
+    """Openings to try [m]: the predicted one, then wider ones up to the gripper's stroke."""
+    most = 2 * FINGER_STROKE
+    first = min(predicted, most)
+    return [first, *np.arange(first + WIDENING_STEP, most, WIDENING_STEP).tolist(), most]
+
+
+def ground_under(beyond: Floats, height: Floats) -> float:
+    """Height [m] of what is seen under one open finger, −inf where that is table or nothing.
+
+    Args:
+        beyond: (N,) distance of the seen points outwards from the finger's pad [m].
+        height: (N,) their heights [m].
+    """
+    under = height[(beyond > -SIDE_CLEARANCE) & (beyond < FINGER)]
+    if len(under) < 3:
+        return -np.inf
+    ground = float(np.percentile(under, 90))
+    return ground if ground > TABLE_NOISE else -np.inf
 
 
 def straight(start: Floats, end: Floats) -> list[Floats]:

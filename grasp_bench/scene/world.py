@@ -28,7 +28,7 @@ class Touch:
 
     Attributes:
         left, right: summed normal force of each finger [N]; 0 where there is no contact.
-        elsewhere: names of other bodies in contact with it.
+        elsewhere: names of what else it touches; the palm between the fingers does not count.
     """
 
     left: float
@@ -69,6 +69,7 @@ class World:
         self._is_object = model.geom_bodyid == self.object_body
         self._is_left = np.array([n == GRIPPER_PREFIX + "left_finger" for n in names])
         self._is_right = np.array([n == GRIPPER_PREFIX + "right_finger" for n in names])
+        self._is_palm = np.array([n == GRIPPER_PREFIX + "gripper" for n in names])
         self._is_robot = np.array([n.startswith(ARM_PREFIX) for n in names])
         self._is_table = np.array([model.geom(i).name == GROUND for i in range(model.ngeom)])
         self.steps = 0
@@ -168,7 +169,7 @@ class World:
                 left += force[0]
             elif self._is_right[other]:
                 right += force[0]
-            else:
+            elif not self._is_palm[other]:
                 name = self.model.geom(int(other)).name
                 elsewhere.add("table" if name == GROUND else name.removeprefix(ARM_PREFIX))
         return Touch(left, right, tuple(sorted(elsewhere)))

@@ -92,7 +92,8 @@ def test_what_stands_beside_the_fingers_does_not_raise_them() -> None:
 
 
 def test_a_grasp_of_bare_table_closes_just_above_it() -> None:
-    pose, top = grasp_pose(look(ground((0.6, 0.1, 0.04, 0.04, 0.05))), grasp_at(0.45, -0.1, 0, 0, 0.06), MOTION)
+    scene = look(ground((0.6, 0.1, 0.04, 0.04, 0.05)))
+    pose, top = grasp_pose(scene, grasp_at(0.45, -0.1, 0, 0, 0.06), MOTION)
     assert top == 0
     np.testing.assert_allclose(pose.position, [0.45, -0.1, MOTION.table_clearance], atol=1e-4)
 

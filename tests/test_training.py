@@ -359,8 +359,8 @@ def test_divergence_stops_the_run(folder: Path, tmp_path: Path) -> None:
 def test_command_trains_and_writes_weights(folder: Path, tmp_path: Path) -> None:
     app = Typer()
     app.command()(train_command)
-    result = CliRunner().invoke(app, ["--predictor", "gg-cnn", "--data", str(folder), "--out", str(tmp_path), "--steps", "1",
-                                      "--batch", "1", "--threads", "1"])
+    result = CliRunner().invoke(app, ["--predictor", "gg-cnn", "--data", str(folder), "--out", str(tmp_path),
+                                      "--steps", "1", "--batch", "1", "--threads", "1"])
     assert result.exit_code == 0, result.output
     assert "rectangle metric" in result.output
     assert "# gg-cnn" in (tmp_path / "gg-cnn.md").read_text()
@@ -382,7 +382,8 @@ def test_export_installs_weights_card_and_hash(folder: Path, tmp_path: Path, mon
 def test_wrong_settings_are_named(option: str, value: str, folder: Path, tmp_path: Path) -> None:
     app = Typer()
     app.command()(train_command)
-    result = CliRunner().invoke(app, ["--predictor", "gg-cnn", "-d", str(folder), "-o", str(tmp_path), option, value])
+    result = CliRunner().invoke(app, ["--predictor", "gg-cnn", "-d", str(folder), "-o", str(tmp_path), option,
+                                      value])
     assert result.exit_code == 2
     assert option in result.output
 

@@ -104,6 +104,8 @@ def add_table(root: Any, scenario: Scenario) -> None:
                        friction=[table.friction, 0.005, ROLLING_FRICTION], rgba=[0, 0, 0, 0])
     root.worldbody.add("geom", name="floor", type="plane", size=[3, 3, 0.1], pos=[0, 0, -0.75],
                        rgba=[0.35, 0.36, 0.38, 1], contype=0, conaffinity=0, group=1)
+    root.asset.add("texture", name="sky", type="skybox", builtin="gradient", width=32, height=32,
+                   rgb1=[0.92, 0.94, 0.96], rgb2=[0.70, 0.75, 0.80])  # for pictures; rays see nothing there
     root.worldbody.add("light", pos=[0.2, -0.6, 2.0], dir=[0.1, 0.3, -1], diffuse=[0.6, 0.6, 0.6])
     # Shown by viewers and GL pictures; the ray caster takes the pose from the scenario itself.
     rotation = scenario.camera.pose.rotation

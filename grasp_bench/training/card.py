@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +26,32 @@ def provenance(trained: Trained, config: TrainConfig, scenes: SceneSet, data: li
         "config": config.model_dump(),
         "data": {"folders": [path.name for path in data], "fingerprint": scenes.fingerprint,
                  "train": len(scenes.train), "val": len(scenes.val)},
+        "commands": "\n".join([*(_made(path) for path in data), _trained(config, data)]),
         "accuracy": {"top1": [accuracy.hits, accuracy.scenes],
                      "rectangle": [accuracy.correct, accuracy.labelled]},
     }
+
+
+def _made(folder: Path) -> str:
+    """The command that makes a data set, as far as the folder tells."""
+    try:
+        made = json.loads((folder / "config.json").read_text())
+        scenes = len((folder / "index.jsonl").read_text().splitlines())
+        return (f"grasp-bench data synth --scenes {scenes} --seed {made['seed']} "
+                f"--tries {made['config']['tries']} --out {folder.name}")
+    except (OSError, ValueError, KeyError):
+        return f"# {folder.name}: not made by `grasp-bench data synth`"
+
+
+def _trained(config: TrainConfig, data: list[Path]) -> str:
+    """The command of the training, without what is as by default."""
+    usual = TrainConfig(network=config.network).model_dump()
+    options = [f"--{k.replace('_', '-')} {v}" for k, v in config.model_dump().items()
+               if v != usual[k] and k in ("steps", "batch", "lr", "seed", "warmup", "geometry_weight",
+                                          "positive_weight", "ema", "precision")]
+    folders = " ".join(f"--data {path.name}" for path in data)
+    return (f"grasp-bench train --predictor {config.network} {folders} {' '.join(options)} "
+            f"--out runs/{config.network}")
 
 
 def model_card(facts: dict[str, Any]) -> str:
@@ -43,6 +67,10 @@ Weights for `grasp-bench`, network `{facts['network']}` with {facts['parameters'
 ## Training
 Trained from scratch on synthetic scenes only: {data['train']} scenes of {', '.join(data['folders'])}
 (fingerprint `{data['fingerprint']}`), {facts['steps']} steps, seed {facts['seed']}; {settings}.
+
+```
+{facts['commands']}
+```
 
 ## Accuracy on {data['val']} held-out synthetic scenes
 | measure | right | of | 95 % interval |

@@ -111,6 +111,8 @@ class Motion(_Model):
     carry_speed: Positive = 0.50
     hold_time: Positive = 1.0
     collision_force: Positive = 40.0
+    tcp_tolerance: Positive = 0.001
+    tcp_tolerance_deg: Positive = 0.5
 
 
 class Success(_Model):

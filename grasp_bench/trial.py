@@ -260,7 +260,10 @@ def execute(world: World, plan: Plan, measured: dict[str, Any]) -> tuple[Outcome
                                                 "on its way down")
     q = plan.approach.end
     world.follow(still(q, 0.05, period), open_at)
-    measured["tcp_error"] = tcp_error(world.tcp, plan.pose)
+    distance, angle = measured["tcp_error"] = tcp_error(world.tcp, plan.pose)
+    if distance > motion.tcp_tolerance or angle > math.radians(motion.tcp_tolerance_deg):
+        return Outcome.APPROACH_COLLISION, (f"the gripper was held up {1000 * distance:.1f} mm and "
+                                            f"{math.degrees(angle):.1f}° from the planned grasp")
 
     closing = np.arange(open_at, -gripper.squeeze, -gripper.closing_speed * period)
     world.follow(still(q, len(closing) * period, period, len(closing)), closing)

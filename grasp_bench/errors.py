@@ -20,7 +20,7 @@ class UnknownNameError(GraspBenchError):
     """
 
     def __init__(self, kind: str, name: str, valid: Iterable[str]) -> None:
-        self.kind, self.name, self.valid = kind, name, sorted(valid)
+        self.kind, self.name, self.valid = kind, name, sorted(set(valid))
         near = get_close_matches(name, self.valid, n=3, cutoff=0.5)
         hint = f" Did you mean {' or '.join(near)}?" if near else ""
         shown = self.valid if len(self.valid) <= 24 else [*self.valid[:20], f"… ({len(self.valid)} in all)"]

@@ -127,7 +127,7 @@ def add_to_manifest(path: Path) -> None:
 
 def _read(path: Path) -> tuple[dict[str, torch.Tensor], dict[str, Any]]:
     if not path.is_file():
-        raise AssetError(f"Weights {path} are missing; train them with 'grasp-bench train {path.stem} "
+        raise AssetError(f"Weights {path} are missing; train them with 'grasp-bench train --predictor {path.stem} "
                          f"--export' or give the path of a .safetensors file.")
     try:
         with safe_open(path, framework="pt") as file:

@@ -127,8 +127,8 @@ def add_to_manifest(path: Path) -> None:
 
 def _read(path: Path) -> tuple[dict[str, torch.Tensor], dict[str, Any]]:
     if not path.is_file():
-        raise AssetError(f"Weights {path} are missing; train them with 'grasp-bench train --predictor {path.stem} "
-                         f"--export' or give the path of a .safetensors file.")
+        raise AssetError(f"Weights {path} are missing; train them with `grasp-bench train --predictor "
+                         f"{path.stem} --export`, or give the path of a .safetensors file.")
     try:
         with safe_open(path, framework="pt") as file:
             metadata = json.loads((file.metadata() or {}).get(_KEY, "{}"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
@@ -49,12 +50,12 @@ class GroundTruth:
     intrinsics: Intrinsics
 
 
-class PrivilegedPredictor:
+class PrivilegedPredictor(ABC):
     """Base of controls that see the truth; not a way in for predictors under test."""
 
+    @abstractmethod
     def predict_from_truth(self, image: RgbdImage, truth: GroundTruth) -> list[Grasp]:
         """Grasps like :meth:`Predictor.predict`, made from the truth."""
-        raise NotImplementedError
 
     def predict(self, image: RgbdImage) -> list[Grasp]:
         """Refused: there is nothing to go by without the truth."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, gaussian_filter, grey_closing
 
 from grasp_bench.camera import CameraPose, Intrinsics
-from grasp_bench.objects.heightfield import CELL, GraspField, HeightField, maxima
+from grasp_bench.objects.heightfield import CELL, GraspField, HeightField, balance, maxima
 from grasp_bench.scene.rendering import Picture
 
 Floats = NDArray[np.float64]
@@ -62,11 +62,6 @@ def polished(found: GraspField) -> GraspField:
     return GraspField(quality, found.yaw[source], found.opening[source], found.tip[source], found.top[source])
 
 
-def _balance(offset: NDArray[np.floating]) -> NDArray[np.floating]:
-    """The part of the analysis' quality that depends on the distance to the centre of mass (…, 2) [m]."""
-    return 0.25 + 0.75 * np.exp(-(offset**2).sum(-1) / 0.07**2)
-
-
 def balanced(found: GraspField, field: HeightField, view: View, owner: NDArray[np.int64],
              centres: Floats) -> GraspField:
     """Quality for the centre of mass of the object at each cell, or of the nearest one seen.
@@ -85,7 +80,7 @@ def balanced(found: GraspField, field: HeightField, view: View, owner: NDArray[n
     pixel = view.intrinsics.project(view.pose.to_camera(np.concatenate([xy, found.top[..., None]], axis=-1)))
     u, v = np.clip(pixel, 0, len(owner) - 1).astype(int).transpose(2, 0, 1)
     own = centres[owner[v, u]]
-    quality = found.quality * _balance(xy - own) / _balance(xy - np.array(field.centre_of_mass))
+    quality = found.quality * balance(xy - own) / balance(xy - np.array(field.centre_of_mass))
     return replace(found, quality=np.clip(quality, 0, 1).astype(np.float32))
 
 

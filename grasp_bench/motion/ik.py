@@ -1,8 +1,8 @@
 """Inverse kinematics of the EC66 with mink: several starts, an iteration cap, and a verdict.
 
-Differential IK is local, so it is started from several elbow-up postures and with both jaw
-orientations (a half turn of the gripper is the same grasp); what is left over is reported as
-unreachable rather than executed nearly.
+Differential IK is local, so it is started from an elbow-up posture turned towards the target, once
+for each jaw orientation (a half turn of the gripper is the same grasp); what is left over is
+reported as unreachable rather than executed nearly.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ MAX_ITERATIONS = 60
 STEP = 0.1
 """Pseudo-time of one iteration [s]; with the velocity limits it bounds the joint step."""
 
-_READY = np.radians([[0.0, -95.0, 100.0, -95.0, 90.0, 0.0]])
+_READY = np.radians([0.0, -95.0, 100.0, -95.0, 90.0, 0.0])
+"""Elbow up, tool down, above the middle of the table [rad]."""
 
 
 @lru_cache(maxsize=1)
@@ -96,15 +97,13 @@ class InverseKinematics:
         bearing = math.atan2(pose.position[1], pose.position[0])
         found: list[tuple[float, GraspPose, Joints]] = []
         for candidate in (pose, pose.flipped()):
-            for ready in _READY:
-                start = ready.copy()
-                reach = float(np.hypot(*pose.position[:2]))
-                start[0] += bearing - math.asin(min(1.0, 0.122 / max(0.2, reach)))
-                start[5] = _wrist_guess(self, start, candidate)
-                q = self.solve(candidate, start)
-                if q is not None:
-                    found.append((float(np.abs(q - ready).max()), candidate, q))
-                    break
+            start = _READY.copy()
+            reach = float(np.hypot(*pose.position[:2]))
+            start[0] += bearing - math.asin(min(1.0, 0.122 / max(0.2, reach)))
+            start[5] = _wrist_guess(self, start, candidate)
+            q = self.solve(candidate, start)
+            if q is not None:
+                found.append((float(np.abs(q - _READY).max()), candidate, q))
         return [(g, q) for _, g, q in sorted(found, key=lambda f: f[0])]
 
     def follow(self, poses: list[GraspPose], start: Joints) -> list[Joints] | None:

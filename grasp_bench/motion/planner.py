@@ -17,6 +17,7 @@ from grasp_bench.camera import CameraPose, RgbdImage
 from grasp_bench.grasps import Grasp, GraspPose
 from grasp_bench.motion.ik import InverseKinematics
 from grasp_bench.motion.trajectory import Trajectory, through
+from grasp_bench.objects.heightfield import FINGER, LEAST_INSERTION, TABLE_NOISE
 from grasp_bench.scenario import Motion, Scenario
 from grasp_bench.scene.ec66 import FINGER_STROKE, HOME
 
@@ -24,12 +25,6 @@ Floats = NDArray[np.float64]
 
 JAW = 0.020
 """Width of a finger across the jaw direction [m]."""
-FINGER = 0.009
-"""Thickness of a finger along the jaw direction, with 1 mm to spare [m]."""
-TABLE_NOISE = 0.004
-"""Heights below this count as table [m]."""
-LEAST_INSERTION = 0.003
-"""A grasp whose fingers reach less far below the top of what they hold is not tried [m]."""
 SIDE_CLEARANCE = 0.002
 """Room that a finger on its way down wants beside it [m]."""
 WIDENING_STEP = 0.004

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_closing, binary_dilation, maximum_filter
 
+from grasp_bench.scenario import Motion
 from grasp_bench.scene.ec66 import FINGER_STROKE
 
 Floats = NDArray[np.float32]
@@ -27,10 +28,12 @@ ACROSS = np.arange(-0.009, 0.0091, 0.003, dtype=np.float32)
 """Sample positions across it: the width of a pad [m]."""
 HALF_OPENINGS = np.arange(0.006, FINGER_STROKE + 1e-6, CELL, dtype=np.float32)
 FINGER = 0.009
-INSERTION = 0.028
-CLEARANCE = 0.002
+"""Thickness of a finger along the jaw direction, with 1 mm to spare [m]."""
+INSERTION, CLEARANCE = Motion().insertion, Motion().table_clearance
 TABLE_NOISE = 0.004
+"""Heights below this count as table [m]."""
 LEAST_INSERTION = 0.003
+"""A grasp whose fingers reach less far below the top of what they hold is not tried [m]."""
 YAWS = np.linspace(0, np.pi, 18, endpoint=False)
 """Jaw directions tried [rad]."""
 
@@ -77,7 +80,6 @@ def analyse(field: HeightField, yaws: NDArray[np.float64] = YAWS, chunk: int = 4
     candidates = binary_closing(np.pad(solid, 20), iterations=14)[20:-20, 20:-20] | solid
     rows, columns = np.nonzero(candidates & binary_dilation(solid, iterations=14))
     best = {name: np.zeros(h.shape, np.float32) for name in ("quality", "yaw", "opening", "tip", "top")}
-    # The planner's 95th percentile looks past single high cells; a 3×3 maximum errs upwards.
     padded = np.pad(h, 30)
     for yaw in yaws:
         for start in range(0, len(rows), chunk):
@@ -141,13 +143,17 @@ def _score(h: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], yaw: fl
     bite = np.clip((tops - tips) / 0.012, 0.4, 1)
     x = field.origin[0] + (columns - 30) * CELL - field.centre_of_mass[0]
     y = field.origin[1] + (rows - 30) * CELL - field.centre_of_mass[1]
-    balance = 0.25 + 0.75 * np.exp(-((x**2 + y**2) / 0.07**2))
     room = np.clip((e + left) / 0.003, 0.5, 1) * np.clip((e - right) / 0.003, 0.5, 1)
-    quality = twist * torsion * lean * centred * area * bite * balance * room
+    quality = twist * torsion * lean * centred * area * bite * balance(np.stack([x, y], axis=-1)) * room
     quality = np.where(feasible & low.any(axis=(1, 2)) & (right > left), quality, 0)
     return {"quality": quality.astype(np.float32), "opening": (2 * e).astype(np.float32),
             "tip": tips.astype(np.float32), "top": tops.astype(np.float32),
             "yaw": np.full(len(rows), yaw, np.float32)}
+
+
+def balance(offset: NDArray[np.floating]) -> NDArray[np.floating]:
+    """The factor of quality for a grasp's distance (…, 2) [m] from the centre of mass."""
+    return 0.25 + 0.75 * np.exp(-(offset**2).sum(-1) / 0.07**2)
 
 
 def _near(position: float) -> int:

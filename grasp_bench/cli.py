@@ -200,6 +200,7 @@ def predictors(
 
 def _register() -> None:
     from grasp_bench.datasets.cli import show_command, synth_command
+    from grasp_bench.doctor.cli import doctor_command
     from grasp_bench.objects.cli import objects_app
     from grasp_bench.training.cli import train_command
 
@@ -209,6 +210,7 @@ def _register() -> None:
     data.command("show")(show_command)
     app.add_typer(data, name="data")
     app.command("train")(train_command)
+    app.command("doctor")(doctor_command)
 
 
 _register()

@@ -24,3 +24,11 @@ def assets_dir() -> Path:
 def scenarios_dir() -> Path:
     """Folder with the shipped scenario files."""
     return _shared("scenarios")
+
+
+def constraints_file() -> Path:
+    """The exact versions of the tested stack, in pip's format."""
+    for path in (_PACKAGE / "_data" / "constraints.txt", _PACKAGE.parent / "constraints.txt"):
+        if path.is_file():
+            return path
+    raise AssetError(f"constraints.txt is missing beside or inside {_PACKAGE}; reinstall grasp-bench.")

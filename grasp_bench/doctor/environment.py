@@ -1,0 +1,149 @@
+"""The machine and the installation: what could make numbers differ, and whether files are intact."""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+from importlib.metadata import PackageNotFoundError, version
+
+from grasp_bench.doctor.checks import Check, State
+from grasp_bench.errors import AssetError
+from grasp_bench.machine import cpu_name, usable_cores
+from grasp_bench.paths import assets_dir, constraints_file
+
+
+def check_environment() -> list[Check]:
+    """All that can be said without running a trial."""
+    return [_python(), _machine(), *_versions(), _graphics(), _cache(), _objects(), _weights()]
+
+
+def tested_versions() -> dict[str, str]:
+    """Version of every distribution of the tested stack, by normalised name.
+
+    Raises:
+        AssetError: when the list did not travel with the package.
+    """
+    lines = constraints_file().read_text(encoding="utf-8").splitlines()
+    pairs = [line.split("#")[0].strip().split("==") for line in lines]
+    return {normalised(p[0]): p[1] for p in pairs if len(p) == 2}
+
+
+def normalised(name: str) -> str:
+    """A distribution's name as package indexes compare it (PEP 503)."""
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def installed_versions(names: tuple[str, ...] | list[str]) -> dict[str, str | None]:
+    """Installed version by name; None where it is not installed."""
+    found: dict[str, str | None] = {}
+    for name in names:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = None
+    return found
+
+
+def _python() -> Check:
+    return Check("Python", State.OK, f"{platform.python_version()} on {platform.system()} "
+                                     f"{platform.machine()}")
+
+
+def _machine() -> Check:
+    detail = f"{usable_cores()} cores of {cpu_name()}"
+    try:
+        memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+        detail += f", {memory / 2**30:.1f} GiB of memory"
+    except (ValueError, OSError, AttributeError):
+        pass
+    return Check("Machine", State.OK, detail)
+
+
+def _versions() -> list[Check]:
+    from grasp_bench.runner import PINNED
+
+    try:
+        tested = tested_versions()
+    except AssetError as error:
+        return [Check("Tested stack", State.BAD, str(error))]
+    checks, same = [], []
+    for name, found in installed_versions(PINNED).items():
+        wanted = tested.get(normalised(name))
+        if found is None:
+            checks.append(Check(name, State.BAD, "not installed"))
+        elif wanted is None or _public(found) == _public(wanted):
+            same.append(f"{name} {found}")
+        else:
+            checks.append(Check(name, State.NOTE, f"{found}, tested with {wanted}: rates remain valid, but "
+                                                  "records need not be byte-identical to published ones"))
+    return [Check("Tested stack", State.OK, ", ".join(same)), *checks]
+
+
+def _public(text: str) -> str:
+    """A version without its local part: ``2.13.0+cpu`` and ``2.13.0`` are the same release."""
+    return text.partition("+")[0]
+
+
+def _graphics() -> Check:
+    from grasp_bench.graphics import VARIABLE, available
+
+    libraries = available()
+    detail = f"raycast (what auto means), {', '.join(libraries)}" if libraries else \
+        "raycast (what auto means); no off-screen OpenGL, so no pictures, films or --renderer egl/osmesa"
+    if chosen := os.environ.get(VARIABLE, ""):
+        detail += f"; {VARIABLE}={chosen}"
+    return Check("Renderers", State.OK if libraries else State.NOTE, detail)
+
+
+def _cache() -> Check:
+    from grasp_bench.scene.builder import cache_dir
+
+    folder = cache_dir()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        files = [f.stat().st_size for f in folder.iterdir() if f.is_file()]
+    except OSError as error:
+        return Check("Model cache", State.NOTE, f"{folder} cannot be used ({error.strerror}): every trial "
+                                                "compiles its scene anew, which is slow")
+    if not os.access(folder, os.W_OK):
+        return Check("Model cache", State.NOTE, f"{folder} is read-only: scenes that are not in it are "
+                                                "compiled anew each time")
+    return Check("Model cache", State.OK, f"{folder}, {len(files)} models, {sum(files) / 1e6:.0f} MB")
+
+
+def _objects() -> Check:
+    from grasp_bench.objects.catalog import Catalog
+
+    try:
+        catalog = Catalog()
+    except AssetError as error:
+        return Check("Objects", State.BAD, str(error))
+    faults = [f for name in catalog.names for f in catalog.faults(name)]
+    if faults:
+        more = f" and {len(faults) - 3} more" if len(faults) > 3 else ""
+        return Check("Objects", State.BAD, f"{'; '.join(faults[:3])}{more}. Restore the files.")
+    return Check("Objects", State.OK, f"{len(catalog.names)}, every file as the manifest says")
+
+
+def _weights() -> Check:
+    from grasp_bench.objects.catalog import sha256
+    from grasp_bench.predictors import BUILT_IN
+
+    folder = assets_dir() / "weights"
+    needed = sorted({e.weights for e in BUILT_IN.values() if e.weights})
+    missing = [n for n in needed if not (folder / n).is_file()]
+    from grasp_bench.networks.weights import check_manifest
+
+    altered = []
+    for name in needed:
+        try:
+            check_manifest(folder / name)
+        except AssetError as error:
+            altered.append(str(error))
+    if altered:
+        return Check("Weights", State.BAD, " ".join(altered))
+    if missing:
+        return Check("Weights", State.NOTE, f"not there: {', '.join(missing)}")
+    digests = ", ".join(f"{n} {sha256(folder / n)[:9]}…" for n in needed)
+    return Check("Weights", State.OK, digests)

@@ -10,6 +10,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from grasp_bench.api import load as load
+    from grasp_bench.api import load_object as load_object
+    from grasp_bench.api import run as run
     from grasp_bench.camera import CameraPose as CameraPose
     from grasp_bench.camera import Intrinsics as Intrinsics
     from grasp_bench.camera import RgbdImage as RgbdImage
@@ -17,24 +20,44 @@ if TYPE_CHECKING:
     from grasp_bench.grasps import Grasp as Grasp
     from grasp_bench.grasps import GraspMaps as GraspMaps
     from grasp_bench.grasps import GraspPose as GraspPose
+    from grasp_bench.objects.catalog import Catalog as Catalog
+    from grasp_bench.objects.catalog import ObjectModel as ObjectModel
+    from grasp_bench.predictors import Predictor as Predictor
     from grasp_bench.predictors import load_predictor as load_predictor
+    from grasp_bench.runs import Comparison as Comparison
+    from grasp_bench.runs import Run as Run
     from grasp_bench.scenario import Scenario as Scenario
     from grasp_bench.scenario import load_scenario as load_scenario
-
-__version__ = "0.1.0"
+    from grasp_bench.trial import Outcome as Outcome
+    from grasp_bench.trial import Trial as Trial
+    from grasp_bench.trial import TrialRecord as TrialRecord
+    from grasp_bench.trial import Workcell as Workcell
+    from grasp_bench.trial import run_trial as run_trial
 
 _HOME = {
-    "CameraPose": "camera", "Intrinsics": "camera", "RgbdImage": "camera", "GraspBenchError": "errors",
-    "Grasp": "grasps", "GraspMaps": "grasps", "GraspPose": "grasps", "load_predictor": "predictors",
-    "Scenario": "scenario", "load_scenario": "scenario",
+    "CameraPose": "camera", "Catalog": "objects.catalog", "Comparison": "runs", "Grasp": "grasps",
+    "GraspBenchError": "errors", "GraspMaps": "grasps", "GraspPose": "grasps", "Intrinsics": "camera",
+    "ObjectModel": "objects.catalog", "Outcome": "trial", "Predictor": "predictors", "RgbdImage": "camera",
+    "Run": "runs", "Scenario": "scenario", "Trial": "trial", "TrialRecord": "trial", "Workcell": "trial",
+    "load": "api", "load_object": "api", "load_predictor": "predictors", "load_scenario": "scenario",
+    "run": "api", "run_trial": "trial",
 }
 __all__ = [
-    "CameraPose", "Grasp", "GraspBenchError", "GraspMaps", "GraspPose", "Intrinsics", "RgbdImage",
-    "Scenario", "load_predictor", "load_scenario",
+    "CameraPose", "Catalog", "Comparison", "Grasp", "GraspBenchError", "GraspMaps", "GraspPose", "Intrinsics",
+    "ObjectModel", "Outcome", "Predictor", "RgbdImage", "Run", "Scenario", "Trial", "TrialRecord", "Workcell",
+    "load", "load_object", "load_predictor", "load_scenario", "run", "run_trial",
 ]
 
 
 def __getattr__(name: str) -> Any:
     if name in _HOME:
         return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("grasp-bench")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}; it offers {', '.join(__all__)}")
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

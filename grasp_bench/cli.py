@@ -7,15 +7,13 @@ Exit codes: 0 success · 1 the run finished, but with more harness errors than a
 from __future__ import annotations
 
 import json
-import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from grasp_bench.errors import GraspBenchError
-from grasp_bench.graphics import LIBRARIES, with_gl, without_gl
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -58,26 +56,14 @@ def run(
 
     Example: grasp-bench run --objects mug,pliers --trials 20 --predictor oracle
     """
-    if renderer in LIBRARIES:
-        with_gl(renderer)
-    without_gl()
-    from grasp_bench.objects.catalog import Catalog
-    from grasp_bench.runner import Settings, spread
-    from grasp_bench.runner import run as run_trials
-    from grasp_bench.scenario import load_scenario
-    from grasp_bench.scene.rendering import resolve_renderer
+    from grasp_bench import api
+    from grasp_bench.progress import Progress
 
-    chosen = load_scenario(scenario)
-    is_folder = objects != "all" and os.path.isdir(objects)
-    catalog = Catalog(Path(objects) if is_folder else None)
-    names = catalog.select("all" if is_folder else objects)
-    label = predictor.replace(":", "-").replace("/", "-")
-    folder = out or Path("results") / f"{label}-{chosen.name}-seed{seed}"
-    settings = Settings(chosen, catalog.folder.resolve(), predictor, seed, resolve_renderer(renderer))
-    jobs = spread(names, trials)
     console = _console(quiet or as_json)
-    with _Progress(console, len(jobs)) as bar:
-        summary = run_trials(settings, jobs, folder, workers or os.cpu_count() or 1, bar.update)
+    with Progress(trials, console) as bar:
+        done = api.run(objects, trials, predictor, scenario, seed=seed, workers=workers, out=out,
+                       renderer=renderer, progress=bar.update)
+    folder, summary, figures = done.folder, done.summary, done.figures
     if summary.repaired:
         console.print("[yellow]A torn last line, left by a kill, was cut off; "
                       "that trial was done again.[/yellow]")
@@ -85,48 +71,16 @@ def run(
         console.print(f"{folder} is finished already: nothing was left to do.")
     elif summary.resumed:
         console.print(f"Resumed {folder}: {summary.resumed} trials were done, {summary.added} added.")
-    from grasp_bench.report.table4 import summarise
-
-    figures = summarise(folder)
-    assert figures is not None
     if as_json:
         typer.echo(json.dumps(figures))
     low, high = figures["wilson95"]
     console.print(f"[bold]{predictor}[/bold] lifted {figures['successes']}/{figures['trials']} = "
                   f"{figures['rate']:.1%} (95 % interval {low:.1%} – {high:.1%}). "
-                  f"Results in {folder}; see `grasp-bench report {folder}`.")
-    faults = sum(figures["outcomes"].get(o, 0) for o in ("unstable", "timeout", "error"))
-    if faults > max_errors:
-        typer.echo(f"{faults} trials ended unstable, in a timeout or an error (allowed: {max_errors}); "
+                  f"Results in {folder}; see `grasp-bench report {folder}`.", soft_wrap=True)
+    if done.faults > max_errors:
+        typer.echo(f"{done.faults} trials ended unstable, in a timeout or an error (allowed: {max_errors}); "
                    f"see `detail` in {folder / 'trials.jsonl'}.", err=True)
         raise typer.Exit(1)
-
-
-class _Progress:
-    """Progress bar with running success rate."""
-
-    def __init__(self, console: Console, total: int) -> None:
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-        self._bar = Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
-                             TextColumn("{task.fields[rate]}"), TimeRemainingColumn(), console=console,
-                             disable=console.quiet)
-        self._task = self._bar.add_task("Grasping", total=total, rate="")
-        self._done = self._won = 0
-
-    def __enter__(self) -> _Progress:
-        self._bar.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.stop()
-
-    def update(self, record: dict[str, Any], resumed: bool) -> None:
-        """Count one trial."""
-        self._done += 1
-        self._won += record["success"]
-        rate = f"{self._won}/{self._done} = {self._won / self._done:.0%}"
-        self._bar.update(self._task, advance=1, rate=rate)
 
 
 @app.command()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import platform
 import subprocess
@@ -12,7 +11,7 @@ from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.objects.catalog import Catalog, sha256
@@ -20,6 +19,10 @@ from grasp_bench.paths import assets_dir
 from grasp_bench.predictors import BUILT_IN, load_predictor
 from grasp_bench.results import RunFolder
 from grasp_bench.scenario import Scenario
+
+if TYPE_CHECKING:
+    from grasp_bench.predictors.protocol import Predictor
+    from grasp_bench.trial import Workcell
 
 PINNED = ("grasp-bench", "mujoco", "dm-control", "mink", "numpy", "scipy", "torch", "opencv-python-headless",
           "trimesh")
@@ -107,14 +110,17 @@ def _start_worker(settings: Settings) -> None:
 
 def _do(job: Job) -> tuple[dict[str, Any], dict[str, Any]]:
     """One trial in a worker: its record and its timings."""
+    return _try(job, **_worker)
+
+
+def _try(job: Job, settings: Settings, catalog: Catalog, cell: Workcell, predictor: Predictor,
+         ) -> tuple[dict[str, Any], dict[str, Any]]:
     from grasp_bench.trial import Outcome, TrialRecord, run_trial
 
-    settings: Settings = _worker["settings"]
-    category = _worker["catalog"].entries[job.object]["category"]
+    category = catalog.entries[job.object]["category"]
     try:
-        model = _worker["catalog"].load(job.object)
-        done = run_trial(_worker["cell"], model, _worker["predictor"], trial=job.trial, attempt=job.attempt,
-                         seed=settings.seed)
+        model = catalog.load(job.object)
+        done = run_trial(cell, model, predictor, trial=job.trial, attempt=job.attempt, seed=settings.seed)
         record, seconds = done.record, done.clock.seconds
     except Exception as error:  # whatever goes wrong belongs to this trial alone
         detail = f"{type(error).__name__}: {error}"
@@ -133,7 +139,8 @@ def failed(job: Job, settings: Settings, category: str, outcome: str, detail: st
 
 
 def run(settings: Settings, jobs: list[Job], out: Path, workers: int,
-        progress: Callable[[dict[str, Any], bool], None] = lambda record, resumed: None) -> RunSummary:
+        progress: Callable[[dict[str, Any], bool], None] = lambda record, resumed: None,
+        predictor: Predictor | None = None) -> RunSummary:
     """Do all ``jobs`` that ``out`` does not hold yet.
 
     Args:
@@ -142,6 +149,8 @@ def run(settings: Settings, jobs: list[Job], out: Path, workers: int,
         out: results folder.
         workers: processes; 1 runs them in one worker process, too.
         progress: called with each record, and whether it was there before.
+        predictor: used in this process, trial after trial, instead of loading ``settings.predictor``
+            on workers; for one that no other process can make.
 
     Raises:
         GraspBenchError: before any trial starts, for anything wrong with the inputs.
@@ -151,7 +160,8 @@ def run(settings: Settings, jobs: list[Job], out: Path, workers: int,
         model = catalog.load(name)  # every mesh is checked before the first trial
         if not model.graspable_poses:
             raise GraspBenchError(f"{name} has no resting pose in which a grasp fits the gripper")
-    load_predictor(settings.predictor)
+    if predictor is None:
+        load_predictor(settings.predictor)
     with RunFolder(out) as folder:
         done = folder.start(describe(settings, jobs, catalog))
         if done:
@@ -160,7 +170,9 @@ def run(settings: Settings, jobs: list[Job], out: Path, workers: int,
             for record in read_lines(out / TRIALS)[0]:
                 progress(record, True)
         todo = [j for j in jobs if j.trial not in done]
-        if todo:
+        if predictor is not None:
+            _run_here(settings, todo, catalog, folder, predictor, progress)
+        elif todo:
             _run_pool(settings, todo, catalog, folder, workers, progress)
         folder.finish()  # also where a run was killed after its last trial, before this
         return RunSummary(out, len(done), len(todo), folder.repaired)
@@ -183,11 +195,24 @@ class RunSummary:
     repaired: bool
 
 
+def _run_here(settings: Settings, jobs: list[Job], catalog: Catalog, folder: RunFolder, predictor: Predictor,
+              progress: Callable[[dict[str, Any], bool], None]) -> None:
+    from grasp_bench.trial import Workcell
+
+    cell = Workcell(settings.scenario, settings.renderer)
+    for job in jobs:
+        record, timings = _try(job, settings, catalog, cell, predictor)
+        folder.append(record, timings)
+        progress(record, False)
+
+
 def _run_pool(settings: Settings, jobs: list[Job], catalog: Catalog, folder: RunFolder, workers: int,
               progress: Callable[[dict[str, Any], bool], None]) -> None:
     from pebble import ProcessExpired, ProcessPool
 
-    context = multiprocessing.get_context("spawn")
+    from grasp_bench.spawning import SpawnContext
+
+    context = SpawnContext()
     with ProcessPool(max_workers=min(workers, len(jobs)), initializer=_start_worker, initargs=(settings,),
                      context=context) as pool:
         waiting: dict[Future[tuple[dict[str, Any], dict[str, Any]]], Job] = {

@@ -138,8 +138,8 @@ class Workcell:
         self.camera = SceneCamera(scenario.camera.intrinsics, scenario.camera.pose, renderer)
 
 
-def run_trial(cell: Workcell, model: ObjectModel, predictor: Predictor, *, trial: int, attempt: int,
-              seed: int, observer: Callable[[World], None] | None = None) -> Trial:
+def run_trial(cell: Workcell, model: ObjectModel, predictor: Predictor, *, trial: int = 0, attempt: int = 0,
+              seed: int = 0, observer: Callable[[World], None] | None = None) -> Trial:
     """Try to pick up ``model`` once.
 
     Args:

@@ -1,0 +1,177 @@
+"""The Python API of a whole run; what ``grasp-bench run`` calls, too."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import re
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from grasp_bench.errors import GraspBenchError, PredictorError
+from grasp_bench.graphics import LIBRARIES, with_gl, without_gl
+from grasp_bench.results import RUN
+from grasp_bench.runs import Run
+
+if TYPE_CHECKING:
+    from grasp_bench.objects.catalog import Catalog, ObjectModel
+    from grasp_bench.predictors.protocol import Predictor
+    from grasp_bench.runner import RunSummary
+    from grasp_bench.scenario import Scenario
+
+PathLike = str | os.PathLike[str]
+OnTrial = Callable[[dict[str, Any], bool], None]
+
+
+class FinishedRun(Run):
+    """A :class:`Run` that knows what the call that made it did.
+
+    Attributes:
+        summary: how many trials were found done and how many were added.
+    """
+
+    def __init__(self, summary: RunSummary) -> None:
+        super().__init__(summary.folder)
+        self.summary = summary
+
+
+def run(objects: PathLike | Sequence[str] = "all", trials: int | None = None,
+        predictor: str | type | Predictor = "htc-grasp", scenario: PathLike | Scenario = "table4", *,
+        seed: int = 0, workers: int | None = None, out: PathLike | None = None, renderer: str = "auto",
+        progress: bool | OnTrial = True) -> FinishedRun:
+    """Try to pick up objects, record every trial, and return the run.
+
+    The same call again goes on where it stopped, as the command does.
+
+    Args:
+        objects: ``"all"``, names or categories (comma-separated or as a list), or a folder with a
+            ``manifest.json``.
+        trials: spread evenly over the objects; every object once by default.
+        predictor: a name from ``grasp-bench predictors``, ``"my_module:MyPredictor"``, a class, or an
+            instance. Names, and classes that another process can import, run on worker processes. An
+            instance, and a class defined in a script or notebook, is used in this process, one trial
+            after the other: no time limit guards it, and a crash in it is yours. What an instance was
+            made with is not in the record.
+        scenario: a shipped scenario's name, the path of a YAML file, or a
+            :class:`~grasp_bench.scenario.Scenario`.
+        seed: of all that is random.
+        workers: processes; one for each core by default.
+        out: results folder; by default ``results/PREDICTOR-SCENARIO-seedN``. A predictor used in this
+            process gets a fresh folder of that name (``-2``, ``-3`` …) each time, because its code may
+            have changed; give ``out`` to go on with a run of it.
+        renderer: ``auto``, ``raycast`` (needs no graphics library), ``egl`` or ``osmesa``.
+        progress: a bar on standard error, nothing, or a function called with each record and whether
+            it was there before.
+
+    Raises:
+        GraspBenchError: before any trial starts, for anything wrong with the inputs.
+    """
+    if renderer in LIBRARIES:
+        with_gl(renderer)
+    without_gl()
+    from grasp_bench.runner import Settings, spread
+    from grasp_bench.runner import run as run_trials
+    from grasp_bench.scenario import Scenario, load_scenario
+    from grasp_bench.scene.rendering import resolve_renderer
+
+    if trials is not None and trials < 1:
+        raise GraspBenchError(f"trials must be at least 1, not {trials}")
+    if workers is not None and workers < 0:
+        raise GraspBenchError(f"workers must not be negative, not {workers}; 0 takes one for each core")
+    chosen = scenario if isinstance(scenario, Scenario) else load_scenario(os.fspath(scenario))
+    catalog, names = select_objects(objects)
+    name, here = named(predictor)
+    if here is not None and workers not in (None, 1):
+        raise PredictorError(f"{name} exists in this process only and cannot be sent to {workers or 'all'} "
+                             "workers; leave workers out, or put its class into a module and name that.")
+    settings = Settings(chosen, catalog.folder.resolve(), name, seed, resolve_renderer(renderer))
+    folder = Path(out) if out is not None else default_folder(name, chosen.name, seed, here is not None)
+    jobs = spread(names, len(names) if trials is None else trials)
+    with _reporting(progress, len(jobs)) as on_trial:
+        summary = run_trials(settings, jobs, folder, workers or os.cpu_count() or 1, on_trial, here)
+    return FinishedRun(summary)
+
+
+def load(folder: PathLike) -> Run:
+    """A run by its folder.
+
+    Raises:
+        ResultsError: for a folder that holds no run, or a damaged one.
+    """
+    return Run(folder)
+
+
+def load_object(name: str, folder: PathLike | None = None) -> ObjectModel:
+    """An object by name, its files verified; of the shipped 180 unless ``folder`` holds others.
+
+    Raises:
+        UnknownNameError: for an unknown name, with the nearest ones.
+        AssetError: for files that are missing or changed.
+    """
+    from grasp_bench.objects.catalog import Catalog
+
+    return Catalog(None if folder is None else Path(folder)).load(name)
+
+
+def select_objects(objects: PathLike | Sequence[str]) -> tuple[Catalog, list[str]]:
+    """The catalogue and the names that ``objects`` means; see :func:`run`."""
+    from grasp_bench.objects.catalog import Catalog
+
+    if not isinstance(objects, (str, os.PathLike)):
+        return (catalog := Catalog()), catalog.select(",".join(objects))
+    what = os.fspath(objects)
+    if what != "all" and os.path.isdir(what):
+        catalog = Catalog(Path(what))
+        return catalog, catalog.names
+    return (catalog := Catalog()), catalog.select(what)
+
+
+def named(predictor: str | type | Predictor) -> tuple[str, Predictor | None]:
+    """A predictor's name for the record, and the predictor itself if only this process has it."""
+    if isinstance(predictor, str):
+        return predictor, None
+    cls = predictor if isinstance(predictor, type) else type(predictor)
+    name = f"{cls.__module__}:{cls.__qualname__}"
+    if predictor is cls and cls.__module__ != "__main__" and _importable(cls):
+        return name, None
+    try:
+        made: Any = cls() if predictor is cls else predictor
+    except Exception as error:
+        raise PredictorError(f"{name} could not be made: {type(error).__name__}: {error}") from error
+    if not callable(getattr(made, "predict", None)):
+        raise PredictorError(f"{name} has no method predict(image: RgbdImage) -> list[Grasp]")
+    return name, made
+
+
+def _importable(cls: type) -> bool:
+    """Whether a fresh process can find a class by module and name."""
+    try:
+        return getattr(importlib.import_module(cls.__module__), cls.__qualname__, None) is cls
+    except ImportError:
+        return False
+
+
+def default_folder(predictor: str, scenario: str, seed: int, fresh: bool = False) -> Path:
+    """``results/PREDICTOR-SCENARIO-seedN``; with ``fresh``, the first such name that holds no run."""
+    label = re.sub(r"[<>]", "", predictor.removeprefix("__main__:")).replace(":", "-").replace("/", "-")
+    folder = Path("results") / f"{label}-{scenario}-seed{seed}"
+    candidate, number = folder, 1
+    while fresh and (candidate / RUN).exists():
+        number += 1
+        candidate = folder.with_name(f"{folder.name}-{number}")
+    return candidate
+
+
+@contextmanager
+def _reporting(progress: bool | OnTrial, total: int) -> Iterator[OnTrial]:
+    if callable(progress):
+        yield progress
+    elif not progress:
+        yield lambda record, resumed: None
+    else:
+        from grasp_bench.progress import Progress
+
+        with Progress(total) as bar:
+            yield bar.update

@@ -1,0 +1,43 @@
+"""The progress bar of a run, with its success rate so far."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+class Progress:
+    """Rich progress bar to be used with ``with``; quiet where the console is.
+
+    Args:
+        total: number of trials.
+        console: where to draw; standard error by default, which leaves standard output to results.
+    """
+
+    def __init__(self, total: int, console: Console | None = None) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+        from rich.progress import Progress as Bar
+
+        shown = console or Console(stderr=True)
+        self._bar = Bar(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
+                        TextColumn("{task.fields[rate]}"), TimeRemainingColumn(), console=shown,
+                        disable=shown.quiet)
+        self._task = self._bar.add_task("Grasping", total=total, rate="")
+        self._done = self._won = 0
+
+    def __enter__(self) -> Progress:
+        self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.stop()
+
+    def update(self, record: dict[str, Any], resumed: bool = False) -> None:
+        """Count one trial by its record."""
+        self._done += 1
+        self._won += record["success"]
+        rate = f"{self._won}/{self._done} = {self._won / self._done:.0%}"
+        self._bar.update(self._task, advance=1, rate=rate)

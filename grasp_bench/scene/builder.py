@@ -133,7 +133,7 @@ def new_world(scenario: Scenario) -> Any:
     return root
 
 
-def compose(scenario: Scenario, model: ObjectModel | None, robot: bool = True) -> Any:
+def compose(scenario: Scenario, model: SceneObject | None, robot: bool = True) -> Any:
     """The MJCF model (``dm_control.mjcf.RootElement``) of a trial's world.
 
     Args:
@@ -152,17 +152,26 @@ def compose(scenario: Scenario, model: ObjectModel | None, robot: bool = True) -
 
 def load_robot(scenario: Scenario, friction: float) -> Any:
     """EC66 with its gripper at the flange, pads set to the object's ``friction``."""
-    from dm_control import mjcf
-
-    arm = mjcf.from_path(str(assets_dir() / "ec66" / "ec66.xml"))
-    gripper = mjcf.from_path(str(assets_dir() / "ec66" / "gripper.xml"))
+    arm, gripper = load_part("ec66"), load_part("gripper")
     arm.model, gripper.model = "arm", "gripper"
     set_gripper(gripper, scenario, friction)
     arm.find("site", "flange").attach(gripper)
-    for element in (arm, gripper):
-        for key in element.find_all("key"):
-            key.remove()
+    for key in [*arm.find_all("key"), *gripper.find_all("key")]:
+        key.remove()
     return arm
+
+
+def load_part(stem: str) -> Any:
+    """Arm (``ec66``) or ``gripper``, without the solver settings that its file has for viewing it alone.
+
+    Left in, they would meet those of the scenario on attaching: dm_control refuses different values, and
+    takes a scenario's 0 for unset.
+    """
+    from dm_control import mjcf
+
+    part = mjcf.from_path(str(assets_dir() / "ec66" / f"{stem}.xml"))
+    part.option.remove()
+    return part
 
 
 def set_gripper(gripper: Any, scenario: Scenario, friction: float) -> None:

@@ -13,9 +13,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from grasp_bench.paths import assets_dir
 from grasp_bench.scenario import Scenario
-from grasp_bench.scene.builder import SceneObject, add_object, add_table, new_world, set_gripper
+from grasp_bench.scene.builder import SceneObject, add_object, add_table, load_part, new_world, set_gripper
 from grasp_bench.scene.ec66 import FINGER_STROKE, FLANGE_TO_TCP
 
 Floats = NDArray[np.float64]
@@ -47,11 +46,9 @@ class Attempt:
 
 def compose_floating(scenario: Scenario, objects: list[SceneObject]) -> Any:
     """MJCF of a table with ``objects`` and the floating gripper."""
-    from dm_control import mjcf
-
     root = new_world(scenario)
     add_table(root, scenario)
-    gripper = mjcf.from_path(str(assets_dir() / "ec66" / "gripper.xml"))
+    gripper = load_part("gripper")
     gripper.model = "carrier"
     set_gripper(gripper, scenario, max((o.friction for o in objects), default=1.0))
     for geom in gripper.find_all("geom"):

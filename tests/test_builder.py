@@ -1,0 +1,25 @@
+"""The composed scene carries the scenario's solver settings, whatever they are."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from grasp_bench.objects.catalog import ObjectModel
+from grasp_bench.scenario import Scenario
+from grasp_bench.scene.builder import compile_mjcf, compose
+from grasp_bench.scene.floating import compose_floating
+
+
+@pytest.mark.parametrize("settings", [
+    {}, {"timestep": 0.001, "impratio": 3.0, "noslip_iterations": 0}])
+@pytest.mark.parametrize("floating", [False, True])
+def test_solver_settings_reach_the_model(table4: Scenario, models: dict[str, ObjectModel], floating: bool,
+                                         settings: dict[str, Any]) -> None:
+    scenario = table4.model_copy(update={"physics": table4.physics.model_copy(update=settings)})
+    root = compose_floating(scenario, [models["bar"]]) if floating else compose(scenario, models["bar"])
+    option, wanted = compile_mjcf(root).opt, scenario.physics
+    assert (option.timestep, option.impratio, option.noslip_iterations) == (
+        wanted.timestep, wanted.impratio, wanted.noslip_iterations)
+    assert (option.integrator, option.solver, option.jacobian, option.cone) == (3, 2, 0, 1)

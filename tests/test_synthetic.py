@@ -14,6 +14,7 @@ import trimesh
 
 from grasp_bench.camera import CameraPose, Intrinsics, RgbdImage
 from grasp_bench.datasets import cli, generate, random_solids
+from grasp_bench.datasets.candidates import SOURCES
 from grasp_bench.datasets.random_shapes import RandomObject, assemble, random_object
 from grasp_bench.datasets.synthetic import SynthConfig, make_scene, record
 from grasp_bench.errors import GraspBenchError
@@ -94,13 +95,14 @@ def test_files_do_not_depend_on_workers_and_are_kept(tmp_path: Path) -> None:
 
 # ---------------------------------------------------------------- labels
 
-def on_table(model: RandomObject, scenario: Scenario, x: float, y: float) -> dict[str, np.ndarray]:
+def on_table(model: RandomObject, scenario: Scenario, x: float, y: float,
+             tries: int = 10) -> dict[str, np.ndarray]:
     """Scene of one object put down as it is modelled, unturned."""
     gripper = FloatingGripper(compile_mjcf(compose_floating(scenario, [model])), scenario)
     q = gripper.object_q[0]
     gripper.data.qpos[q:q + 3] = x, y, 0.0005 - min(h[:, 2].min() for h in model.hulls)
     assert gripper.settle(1.0)
-    return record(gripper, [model], SynthConfig(tries=4), np.random.default_rng(0))
+    return record(gripper, [model], SynthConfig(tries=tries), np.random.default_rng(0))
 
 
 @pytest.mark.parametrize("roll", [0.0, 20.0])
@@ -122,7 +124,9 @@ def test_best_grasp_of_a_box_is_across_it(roll: float) -> None:
     assert scene["quality"][row, column] > 100
     angle, width = (float(scene[k][row, column]) for k in ("angle", "width"))
     label = Grasp(column + 0.5, row + 0.5, angle, width)
-    for grasp in (label, *(Grasp(*g) for g in scene["grasps"].tolist())):
+    best = scene["tried"][(scene["source"] == SOURCES.index("maximum")) & (scene["tried"][:, 5] == 1), :5]
+    assert len(best)
+    for grasp in (label, *(Grasp(*g) for g in best.tolist())):
         read, top = grasp_pose(seen, grasp, scenario.motion)
         assert abs(read.position[1] - y) < (0.003 if grasp is label else 0.016)  # on the long axis
         assert abs(read.position[0] - x) < 0.06
@@ -131,7 +135,23 @@ def test_best_grasp_of_a_box_is_across_it(roll: float) -> None:
         assert 0.030 < read.opening < (0.055 if grasp is label else 0.075)
     # Across the box is world y, along the image's rows; a camera turned to the left turns it to the right.
     assert angle_difference(label.angle, -math.radians(roll)) < 0.11
-    assert scene["tried"][:, 5].any()
+    assert len(scene["grasps"]) == scene["tried"][:, 5].sum()
+
+
+def test_candidates_are_good_poor_and_wrong_and_physics_tells_them_apart() -> None:
+    scenario = load_scenario("table4")
+    model = assemble(np.random.default_rng(1), [[random_solids.convex(box(120, 30, 40))]], "box")
+    scene = on_table(model, scenario, 0.5, 0.0, tries=40)
+    angle, held = scene["tried"][:, 2], scene["tried"][:, 5] == 1
+    of = {name: scene["source"] == i for i, name in enumerate(SOURCES)}
+    assert all(mask.any() for mask in of.values()), {k: int(v.sum()) for k, v in of.items()}
+    assert held[of["maximum"]].mean() > 0.8
+    # The image's up is the arm's forward, so the box lies along the image's columns: across it is angle 0.
+    assert (np.abs(np.sin(angle[of["antipodal"]])) < 0.36).all()  # within the friction cone of the sides
+    assert held[of["antipodal"]].any()
+    along = np.abs(np.sin(angle)) > 0.9  # 120 mm do not fit the jaws
+    assert along.any()
+    assert not held[along].any()
 
 
 # ---------------------------------------------------------------- shapes

@@ -13,7 +13,7 @@ def synth_command(
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder of the data set.")] = Path("data/synth"),
     seed: Annotated[int, typer.Option(help="Seed; the same seed gives the same scenes.", min=0)] = 1,
     workers: Annotated[int, typer.Option(help="Processes.", min=1)] = 2,
-    tries: Annotated[int, typer.Option(help="Grasps tried in physics per scene.", min=0)] = 8,
+    tries: Annotated[int, typer.Option(help="Grasps tried in physics per scene.", min=0)] = 20,
 ) -> None:
     """Generate synthetic training scenes of random shapes.
 

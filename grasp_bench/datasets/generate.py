@@ -20,7 +20,7 @@ from grasp_bench.graphics import without_gl
 if TYPE_CHECKING:
     from grasp_bench.datasets.synthetic import SynthConfig
 
-FORMAT = 1
+FORMAT = 2
 """Raise when the same seed would give other scenes."""
 TIMEOUT = 60
 """Seconds after which a scene is given up."""

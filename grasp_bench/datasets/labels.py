@@ -13,17 +13,15 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, gaussian_filter, grey_closing
 
 from grasp_bench.camera import CameraPose, Intrinsics
-from grasp_bench.objects.heightfield import CELL, GraspField, HeightField, balance, maxima
+from grasp_bench.datasets.candidates import Candidates
+from grasp_bench.objects.heightfield import CELL, GraspField, HeightField, balance
 from grasp_bench.scene.rendering import Picture
 
 Floats = NDArray[np.float64]
 Arrays = dict[str, NDArray]
-Cell = tuple[int, int]
 
 NEAR, ALIKE = 0.008, np.radians(15)
 """A tried grasp speaks for cells this near [m] whose jaws differ by less than this."""
-LEAST_QUALITY = 0.05
-"""Grasps of less quality are not tried."""
 
 
 @dataclass(frozen=True)
@@ -84,29 +82,13 @@ def balanced(found: GraspField, field: HeightField, view: View, owner: NDArray[n
     return replace(found, quality=np.clip(quality, 0, 1).astype(np.float32))
 
 
-def candidates(found: GraspField, count: int, rng: np.random.Generator) -> list[Cell]:
-    """Cells to try, none near another: mostly the best maxima of quality, and some of any quality."""
-    best = _apart(maxima(found, 100, threshold=LEAST_QUALITY), [], -(-5 * count // 8))
-    others = np.argwhere(found.quality >= LEAST_QUALITY)
-    return _apart([(int(r), int(c)) for r, c in rng.permutation(others)[:200]], best, count)
-
-
-def _apart(cells: list[Cell], chosen: list[Cell], count: int) -> list[Cell]:
-    """``chosen`` and those of ``cells`` that are apart from all before them, ``count`` at most."""
-    chosen = list(chosen)
-    for cell in cells:
-        if len(chosen) < count and all(np.hypot(cell[0] - r, cell[1] - c) * CELL > NEAR for r, c in chosen):
-            chosen.append(cell)
-    return chosen
-
-
-def refute(found: GraspField, cells: list[Cell], held: NDArray[np.bool_], factor: float) -> GraspField:
+def refute(found: GraspField, tried: Candidates, held: NDArray[np.bool_], factor: float) -> GraspField:
     """Quality times ``factor`` where the nearest grasp tried with like jaws failed."""
     rows, columns = np.indices(found.quality.shape)
     nearest, verdict = np.full(found.quality.shape, NEAR + 1e-6), np.ones(found.quality.shape, bool)
-    for (row, column), success in zip(cells, held, strict=True):
+    for row, column, yaw, success in zip(tried.rows, tried.columns, tried.yaw, held, strict=True):
         distance = CELL * np.hypot(rows - row, columns - column)
-        turn = np.abs((found.yaw - found.yaw[row, column] + np.pi / 2) % np.pi - np.pi / 2)
+        turn = np.abs((found.yaw - yaw + np.pi / 2) % np.pi - np.pi / 2)
         closer = (distance < nearest) & (turn <= ALIKE)
         nearest[closer], verdict[closer] = distance[closer], success
     return replace(found, quality=(found.quality * np.where(verdict, 1, factor)).astype(np.float32))

@@ -22,11 +22,33 @@ Floats = NDArray[np.float64]
 PREFIX = "carrier/"
 PARK = 1.0
 """How far beside and above the table's edge the gripper waits, out of the way of all rays [m]."""
-CLOSING_SPEED = 0.15
-LIFT = 0.10
-LIFT_SPEED = 0.25
 SHAKE = 5.0
 """Acceleration of the shake along each axis [m/s²]."""
+
+
+@dataclass(frozen=True)
+class Routine:
+    """How a grasp is tried.
+
+    Attributes:
+        closing_speed: of each finger [m/s].
+        lift: height [m].
+        lift_speed: metres per second.
+        shake_hz: frequency of the shake, one period along each axis.
+        pause: standing still after closing and at the end [s].
+    """
+
+    closing_speed: float = 0.15
+    lift: float = 0.10
+    lift_speed: float = 0.25
+    shake_hz: float = 4.0
+    pause: float = 0.1
+
+
+REFERENCE = Routine()
+"""For reference grasps, of which there are few."""
+QUICK = Routine(closing_speed=0.3, lift=0.05, lift_speed=0.4, shake_hz=8.0, pause=0.05)
+"""For training data: a third of the simulated time."""
 
 
 @dataclass(frozen=True)
@@ -119,7 +141,8 @@ class FloatingGripper:
         """Positions and velocities, for :meth:`attempt`."""
         return self.data.qpos.copy(), self.data.qvel.copy()
 
-    def attempt(self, state: tuple[Floats, Floats], tip: Floats, yaw: float, opening: float) -> Attempt:
+    def attempt(self, state: tuple[Floats, Floats], tip: Floats, yaw: float, opening: float,
+                routine: Routine = REFERENCE) -> Attempt:
         """Grasp from a saved state: appear open at ``tip``, close, lift and shake.
 
         Args:
@@ -127,6 +150,7 @@ class FloatingGripper:
             tip: (3,) TCP position [m].
             yaw: jaw direction in the world [rad].
             opening: of the jaws before closing [m].
+            routine: how fast and how far.
         """
         model, data = self.model, self.data
         mujoco.mj_resetData(model, data)
@@ -139,29 +163,29 @@ class FloatingGripper:
         dt = model.opt.timestep
         squeeze = -self.scenario.gripper.squeeze
         chunk = 5
-        for jaw in np.arange(opening / 2, squeeze, -CLOSING_SPEED * dt * chunk):
+        for jaw in np.arange(opening / 2, squeeze, -routine.closing_speed * dt * chunk):
             data.ctrl[self._jaw] = jaw
             mujoco.mj_step(model, data, chunk)
         data.ctrl[self._jaw] = squeeze
-        mujoco.mj_step(model, data, int(0.1 / dt))
+        mujoco.mj_step(model, data, int(routine.pause / dt))
         grip = self._held()
         if grip is None:
             return Attempt(False, "missed")
         start = self._relative(grip)
-        for z in np.arange(0, LIFT, LIFT_SPEED * dt * chunk):
+        for z in np.arange(0, routine.lift, routine.lift_speed * dt * chunk):
             data.ctrl[self._carrier_u[2]] = height + z
             mujoco.mj_step(model, data, chunk)
         if self._held() != grip:
             return Attempt(False, "slipped")
-        # A full sine of acceleration along each axis, amplitude SHAKE, 4 Hz.
-        omega = 2 * np.pi * 4.0
+        # A full sine of acceleration along each axis, amplitude SHAKE.
+        omega = 2 * np.pi * routine.shake_hz
         rest = data.ctrl[self._carrier_u[:3]].copy()
         for axis in range(3):
-            for t in np.arange(0, 0.25, dt * chunk):
+            for t in np.arange(0, 1 / routine.shake_hz, dt * chunk):
                 data.ctrl[self._carrier_u[axis]] = rest[axis] + SHAKE / omega**2 * np.sin(omega * t)
                 mujoco.mj_step(model, data, chunk)
         data.ctrl[self._carrier_u[:3]] = rest
-        mujoco.mj_step(model, data, int(0.1 / dt))
+        mujoco.mj_step(model, data, int(routine.pause / dt))
         if data.warning.number.any():
             return Attempt(False, "unstable")
         slide = float(np.linalg.norm(self._relative(grip) - start))

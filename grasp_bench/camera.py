@@ -102,6 +102,16 @@ class CameraPose:
         x /= np.linalg.norm(x)
         return cls(eye, np.column_stack([x, np.cross(z, x), z]))
 
+    def moved(self, shift: ArrayLike, turn: ArrayLike) -> CameraPose:
+        """The pose moved by ``shift`` (3,) [m] and turned by the rotation vector ``turn`` (3,) [rad],
+        both in world coordinates, about its optical centre."""
+        vector = np.asarray(turn, dtype=float)
+        angle = float(np.linalg.norm(vector))
+        x, y, z = vector / max(angle, 1e-300)
+        cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])  # Rodrigues' formula
+        rotation = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+        return CameraPose(self.position + np.asarray(shift, dtype=float), rotation @ self.rotation)
+
     def to_world(self, points: ArrayLike) -> Floats:
         """Camera-frame points (…, 3) to world points (…, 3)."""
         return np.asarray(points, dtype=float) @ self.rotation.T + self.position

@@ -19,6 +19,8 @@ class Purpose(IntEnum):
     SENSOR = 2
     PREDICTOR = 3
     APPEARANCE = 4
+    CALIBRATION = 5
+    CLUTTER = 6
 
 
 def stream(run_seed: int, name: str, trial: int, purpose: Purpose) -> np.random.Generator:

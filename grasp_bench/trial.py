@@ -17,17 +17,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grasp_bench.camera import RgbdImage
+from grasp_bench.camera import CameraPose, RgbdImage
 from grasp_bench.errors import PredictorError
 from grasp_bench.grasps import Grasp, GraspPose
 from grasp_bench.motion.planner import Blocked, Plan, Planner, SeenScene, Unreachable
 from grasp_bench.motion.trajectory import Trajectory
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.predictors.protocol import GroundTruth, Predictor, answer
-from grasp_bench.scenario import Scenario
+from grasp_bench.scenario import Calibration, Scenario
 from grasp_bench.scene.builder import compile_scene
 from grasp_bench.scene.ec66 import FINGER_STROKE
-from grasp_bench.scene.rendering import SceneCamera
+from grasp_bench.scene.rendering import Picture, SceneCamera, surfaces
 from grasp_bench.scene.sensor import sense
 from grasp_bench.scene.world import UnstableError, World
 from grasp_bench.seeding import Purpose, stream
@@ -136,6 +136,46 @@ class Workcell:
         self.scenario = scenario
         self.planner = Planner(scenario)
         self.camera = SceneCamera(scenario.camera.intrinsics, scenario.camera.pose, renderer)
+        self._true_cameras: dict[int, SceneCamera] = {}
+
+    def true_camera(self, seed: int, name: str, attempt: int) -> SceneCamera:
+        """The camera that takes a trial's picture, off the nominal one by the calibration's error."""
+        calibration, nominal = self.scenario.calibration, self.camera
+        if calibration.exact:
+            return nominal
+        if calibration.drawn == "trial":
+            pose = miscalibrated(nominal.pose, calibration, stream(seed, name, attempt, Purpose.CALIBRATION))
+            return SceneCamera(nominal.intrinsics, pose, nominal.renderer)
+        if seed not in self._true_cameras:
+            pose = miscalibrated(nominal.pose, calibration, stream(seed, "", 0, Purpose.CALIBRATION))
+            self._true_cameras[seed] = SceneCamera(nominal.intrinsics, pose, nominal.renderer)
+        return self._true_cameras[seed]
+
+
+def miscalibrated(pose: CameraPose, calibration: Calibration, rng: np.random.Generator) -> CameraPose:
+    """Where a camera believed at ``pose`` truly is; directions of both errors are uniform."""
+    shift, axis = (v / np.linalg.norm(v) for v in rng.standard_normal((2, 3)))
+    return pose.moved(calibration.position_mm / 1000 * shift, math.radians(calibration.rotation_deg) * axis)
+
+
+def take_picture(world: World, camera: SceneCamera, scenario: Scenario, rng: np.random.Generator, clock: Clock,
+                 changing: int = -1) -> tuple[Picture, RgbdImage]:
+    """The perfect picture of a world, and what the sensor makes of it.
+
+    Args:
+        world: at rest.
+        camera: where the sensor truly is.
+        scenario: its sensor and light.
+        rng: the sensor's stream.
+        clock: for the phases ``render`` and ``sense``.
+        changing: body that alone differs from the camera's last picture, −1 when others may.
+    """
+    with clock.phase("render"):
+        picture = camera.picture(world.model, world.data, changing)
+    with clock.phase("sense"):
+        image = sense(picture, camera.intrinsics, scenario.sensor, rng, surfaces(world.model),
+                      scenario.light.level)
+    return picture, image
 
 
 def run_trial(cell: Workcell, model: ObjectModel, predictor: Predictor, *, trial: int = 0, attempt: int = 0,
@@ -151,7 +191,8 @@ def run_trial(cell: Workcell, model: ObjectModel, predictor: Predictor, *, trial
         seed: of the run.
         observer: called after every sample of the arm's motion, for films and logs.
     """
-    scenario, planner, camera = cell.scenario, cell.planner, cell.camera
+    scenario, planner, nominal = cell.scenario, cell.planner, cell.camera
+    camera = cell.true_camera(seed, model.name, attempt)
     clock = Clock()
     result = Trial(TrialRecord(trial, model.name, model.category, seed, Outcome.ERROR), clock)
 
@@ -167,11 +208,9 @@ def run_trial(cell: Workcell, model: ObjectModel, predictor: Predictor, *, trial
             world = result.world = World(compile_scene(scenario, model), scenario)
         with clock.phase("settle"):
             put_down(world, model, scenario, stream(seed, model.name, attempt, Purpose.POSE))
-        with clock.phase("render"):
-            picture = camera.picture(world.model, world.data, world.object_body)
-        with clock.phase("sense"):
-            image = result.image = sense(picture, camera.intrinsics, scenario.sensor,
-                                         stream(seed, model.name, attempt, Purpose.SENSOR))
+        _, image = take_picture(world, camera, scenario, stream(seed, model.name, attempt, Purpose.SENSOR),
+                                clock, world.object_body)
+        result.image = image
         with clock.phase("predict"):
             truth = GroundTruth(model, *world.object_pose, camera.pose, camera.intrinsics)
             result.grasps = answer(predictor, image, truth,
@@ -179,7 +218,7 @@ def run_trial(cell: Workcell, model: ObjectModel, predictor: Predictor, *, trial
         if not result.grasps:
             return finish(Outcome.NO_GRASP, "the predictor proposed no grasp")
         with clock.phase("plan"):
-            scene = SeenScene(image, camera.pose, camera.directions)
+            scene = SeenScene(image, nominal.pose, nominal.directions)  # as the robot believes
             rank, plan, outcome, why = first_feasible(planner, scene, result.grasps)
         measured = {"grasp": result.grasps[rank], "rank": rank}
         if plan is None:

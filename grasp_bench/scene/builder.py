@@ -20,6 +20,7 @@ import numpy as np
 from grasp_bench.objects.catalog import ObjectModel, VisualPart
 from grasp_bench.paths import assets_dir
 from grasp_bench.scenario import Scenario
+from grasp_bench.scene.hulls import merged
 
 OBJECT = "object"
 TABLE = "table"
@@ -31,6 +32,10 @@ COLLISION_GROUP = 3
 ROLLING_FRICTION = 1.5e-3
 """Rolling resistance on the table [m], of the order of a thin rubber mat: with less, things that
 lie on a small round patch rock for seconds."""
+
+NOT_IN_THE_MODEL = {"name", "description", "sensor", "calibration", "light", "settling", "motion", "success",
+                    "clutter", "trial_timeout"}
+"""Sections of a scenario that compiled models do not depend on."""
 
 
 def stl_bytes(vertices: np.ndarray, faces: np.ndarray) -> bytes:
@@ -77,15 +82,16 @@ def add_object(root: Any, model: SceneObject, scenario: Scenario, name: str = OB
     prefix = "" if name == OBJECT else f"{name}_"
     body = root.worldbody.add("body", name=name, pos=[0, 0, 1])
     body.add("freejoint", name=name)
-    inertia = model.inertia
-    body.add("inertial", pos=[0, 0, 0], mass=model.mass, fullinertia=[
+    heavier = scenario.objects.mass_scale
+    inertia = heavier * model.inertia
+    body.add("inertial", pos=[0, 0, 0], mass=heavier * model.mass, fullinertia=[
         inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]])
     for i, part in enumerate(model.visual):
         mesh = root.asset.add("mesh", name=f"{prefix}visual{i}", inertia="shell",
                               file=mjcf.Asset(stl_bytes(part.vertices, part.faces), ".stl"))
         body.add("geom", name=f"{prefix}visual{i}", type="mesh", mesh=mesh, rgba=[*part.rgb, 1], mass=0,
                  contype=0, conaffinity=0, group=VISUAL_GROUP, user=[part.roughness])
-    for i, hull in enumerate(model.hulls):
+    for i, hull in enumerate(merged(model.hulls, scenario.physics.max_hulls)):
         faces = ConvexHull(hull).simplices
         mesh = root.asset.add("mesh", name=f"{prefix}hull{i}", inertia="convex",
                               file=mjcf.Asset(stl_bytes(hull, faces), ".stl"))
@@ -200,10 +206,10 @@ def cache_dir() -> Path:
 
 def _digest(scenario: Scenario, model: ObjectModel | None, robot: bool) -> str:
     digest = hashlib.sha256(f"{mujoco.__version__}|{robot}|".encode())
-    # Everything in the scenario but its name: a few keys too many cost only cache hits.
-    digest.update(scenario.model_dump_json(exclude={"name", "description"}).encode())
+    # All of the scenario but what surely is not in the model: a few keys too many cost only cache hits.
+    digest.update(scenario.model_dump_json(exclude=NOT_IN_THE_MODEL).encode())
     digest.update((model.digest if model else "-").encode())
-    for path in (Path(__file__), *sorted((assets_dir() / "ec66").glob("*.xml")),
+    for path in (Path(__file__), Path(__file__).with_name("hulls.py"), *sorted((assets_dir() / "ec66").glob("*.xml")),
                  *sorted((assets_dir() / "ec66" / "meshes").iterdir())):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:32]

@@ -43,6 +43,18 @@ class Picture(NamedTuple):
     geom: NDArray[np.int32]
 
 
+class Surfaces(NamedTuple):
+    """How the surfaces of a scene's geoms reflect.
+
+    Attributes:
+        albedo: (ngeom,) share of light that comes back, 0 to 1: luminance of the linear base colour.
+        roughness: (ngeom,) 0 (mirror) to 1 (matt); 1 for geoms that say nothing.
+    """
+
+    albedo: NDArray[np.float64]
+    roughness: NDArray[np.float64]
+
+
 def resolve_renderer(name: str) -> str:
     """The renderer that ``name`` stands for on this machine.
 
@@ -74,7 +86,7 @@ class SceneCamera:
     def picture(self, model: mujoco.MjModel, data: mujoco.MjData, body: int = -1) -> Picture:
         """Image of the scene; ``body`` is the one that changes between calls, −1 when all may."""
         if self.renderer != "raycast":
-            return _render_gl(model, data, self.intrinsics, self.renderer)
+            return _render_gl(model, data, self.intrinsics, self.pose, self.renderer)
         if body < 0:
             return raycast(model, data, self.pose.position, self.directions)
         if self._background is None:
@@ -146,6 +158,14 @@ def geom_colors(model: mujoco.MjModel) -> NDArray[np.float64]:
     return colors
 
 
+def surfaces(model: mujoco.MjModel) -> Surfaces:
+    """Albedo and roughness of all geoms of a model made by :mod:`grasp_bench.scene.builder`."""
+    display = geom_colors(model)
+    linear = np.where(display <= 0.04045, display / 12.92, ((display + 0.055) / 1.055) ** 2.4)  # IEC 61966-2-1
+    told = model.geom_user[:, 0] if model.nuser_geom else np.zeros(model.ngeom)
+    return Surfaces(linear @ [0.2126, 0.7152, 0.0722], np.where(told > 0, told, 1.0))
+
+
 def incidence_cosine(depth: NDArray[np.float32], intrinsics: Intrinsics) -> NDArray[np.float32]:
     """(H, W) cosine between viewing ray and surface normal, from a perfect depth image [m]."""
     rays = intrinsics.rays()
@@ -156,9 +176,13 @@ def incidence_cosine(depth: NDArray[np.float32], intrinsics: Intrinsics) -> NDAr
     return cosine.astype(np.float32)
 
 
-def _render_gl(model: mujoco.MjModel, data: mujoco.MjData, intrinsics: Intrinsics, backend: str) -> Picture:
-    """Image by OpenGL from the model's camera ``sensor``."""
+def _render_gl(model: mujoco.MjModel, data: mujoco.MjData, intrinsics: Intrinsics, pose: CameraPose,
+               backend: str) -> Picture:
+    """Image by OpenGL from the model's camera ``sensor``, which is put at ``pose``."""
     with_gl(backend)
+    placed = model.camera("sensor").id  # a child of the world; its OpenGL axes have y up and z backwards
+    data.cam_xpos[placed] = pose.position
+    data.cam_xmat[placed] = (pose.rotation * [1, -1, -1]).ravel()
     width, height = intrinsics.width, intrinsics.height
     model.vis.global_.offwidth = max(model.vis.global_.offwidth, width)
     model.vis.global_.offheight = max(model.vis.global_.offheight, height)

@@ -1,43 +1,80 @@
-"""A model of what a time-of-flight depth camera adds to a perfect depth image.
+"""A model of what an RGB-D camera makes of a perfect picture.
 
-Terms, each seeded and each with its parameter in the scenario:
+Terms, each seeded and each with its parameters in the scenario (:class:`grasp_bench.sensors.Sensor`, whose
+module names the sources of the presets). In the order in which they are applied to depth:
 
-* *Lateral jitter*: every pixel looks ``lateral_sigma_px`` beside where it should (Khoshelham
-  & Elberink 2012 and the BlenderProc Azure Kinect recipe use a quarter pixel).
-* *Axial noise*: Gaussian with σ = ``axial_sigma`` + ``axial_sigma_per_metre`` · max(d −
-  ``axial_onset``, 0): 0.5 mm near, 1 mm at 1 m, of the order tests of the Azure Kinect found
-  (Tölgyessy et al., Sensors 2021, 21(2):413).
-* *Mixed pixels*: beside a depth step larger than ``edge_step`` a pixel sees both surfaces
-  and reports, with probability ``mixed_pixels``, something between them.
-* *Dropout*: at steps, at grazing incidence, out of range, and at random (speckle), the
-  camera reports nothing (0).
+* *Lateral jitter*: every pixel looks ``lateral_sigma_px`` beside where it should.
+* *Mixed pixels*: beside a depth step larger than ``edge_step`` a pixel sees both surfaces and reports, with
+  probability ``mixed_pixels``, something between them.
+* *Bias*: ``bias`` + ``bias_per_metre`` · d is added to every reading.
+* *Axial noise*: Gaussian, σ = ``axial_sigma`` + ``axial_sigma_per_metre`` · x + ``axial_sigma_per_metre2`` ·
+  x² with x = max(d − ``axial_onset``, 0).
+* *Steps*: 1/d is rounded to multiples of ``depth_step_per_metre2``, as cameras that measure disparity do; the
+  steps of d are that times d².
+* *Dropout*: readings are lost beside steps, at grazing incidence, out of range and at random (speckle), anew
+  in every frame. Lost in every frame alike, in patches of ``patch_px`` pixels, are readings of dark, shiny and
+  distant surfaces, with probability ``dark_dropout`` · (1 − albedo/``dark_albedo``), ``shiny_dropout`` · (1 −
+  roughness/``shiny_roughness``) and ``distant_dropout`` · (d − ``distant_onset``)/(``maximum_range`` −
+  ``distant_onset``), each clipped to 0 … 1. The albedo is that of the visible colour: what a surface
+  reflects in the near infrared is not known here.
+* *Average*: of ``frames`` pictures, over the frames that measured; a pixel needs half of them.
+
+Colour: ``exposure`` · white balance · (light · c + noise) with variance ``rgb_sigma``² + ``rgb_shot_noise`` ·
+light · c, rounded and clipped to 0 … 255. Exposure and the balance of each channel vary from picture to
+picture by a factor exp(σ n), n standard normal. A longer exposure brightens a dim scene and its noise alike.
 """
 
 from __future__ import annotations
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from grasp_bench.camera import Intrinsics, RgbdImage
-from grasp_bench.scenario import Sensor
-from grasp_bench.scene.rendering import Picture
+from grasp_bench.scene.rendering import Picture, Surfaces
+from grasp_bench.sensors import Sensor
+
+Image = NDArray[np.float32]
+Mask = NDArray[np.bool_]
 
 
-def sense(picture: Picture, intrinsics: Intrinsics, sensor: Sensor, rng: np.random.Generator) -> RgbdImage:
+def sense(picture: Picture, intrinsics: Intrinsics, sensor: Sensor, rng: np.random.Generator,
+          surfaces: Surfaces | None = None, light: float = 1.0) -> RgbdImage:
     """The image a real camera might have delivered of a perfect one.
 
     Args:
         picture: perfect (H, W) image.
         intrinsics: of the image.
         sensor: parameters.
-        rng: the trial's sensor stream; how many numbers are drawn does not depend on the image.
+        rng: the trial's sensor stream; how many numbers are drawn does not depend on the image, and
+            the terms that came later have streams of their own (children of this one).
+        surfaces: albedo and roughness of the picture's geoms; without them nothing is dark or shiny.
+        light: how bright the scene is, 1 for the light the picture was made in.
     """
+    tone, pattern, *later = rng.spawn(1 + sensor.frames)
+    measured, lost = _frame(picture, sensor, rng)
+    color_noise = rng.standard_normal((*picture.depth.shape, 3), dtype=np.float32)
+    if later:
+        total, count = np.where(lost, 0, measured).astype(np.float64), (~lost).astype(np.int32)
+        for stream in later:
+            another, gone = _frame(picture, sensor, stream)
+            total += np.where(gone, 0, another)
+            count += ~gone
+        lost = 2 * count < sensor.frames
+        measured = (total / np.maximum(count, 1)).astype(np.float32)
+    if sensor.dark_dropout or sensor.shiny_dropout or sensor.distant_dropout:
+        lost = lost | _unreflected(picture, sensor, surfaces, pattern)
+    rgb = _color(picture.rgb, sensor, color_noise, light, tone)
+    return RgbdImage(rgb, np.where(lost, np.float32(0), measured), intrinsics)
+
+
+def _frame(picture: Picture, sensor: Sensor, rng: np.random.Generator) -> tuple[Image, Mask]:
+    """Depth of one frame [m], and which pixels of it hold no reading."""
     depth = picture.depth
     h, w = depth.shape
     axial = rng.standard_normal((h, w), dtype=np.float32)
     jitter = rng.standard_normal((2, h, w), dtype=np.float32)
     mix, mixed_at, drop, speckle = (rng.random((h, w), dtype=np.float32) for _ in range(4))
-    color_noise = rng.standard_normal((h, w, 3), dtype=np.float32)
 
     far = np.where(depth > 0, depth, np.float32(sensor.maximum_range + 1))
     low, high = cv2.erode(far, np.ones((3, 3))), cv2.dilate(far, np.ones((3, 3)))
@@ -51,14 +88,57 @@ def sense(picture: Picture, intrinsics: Intrinsics, sensor: Sensor, rng: np.rand
     mixed = edge & (mix < sensor.mixed_pixels)
     between = low + mixed_at * (np.minimum(high, np.float32(sensor.maximum_range)) - low)
     measured = np.where(mixed, between, measured)
-    sigma = sensor.axial_sigma + sensor.axial_sigma_per_metre * np.maximum(measured - sensor.axial_onset, 0)
+    beyond = np.maximum(measured - sensor.axial_onset, 0)
+    sigma = sensor.axial_sigma + sensor.axial_sigma_per_metre * beyond
+    if sensor.axial_sigma_per_metre2:
+        sigma = sigma + sensor.axial_sigma_per_metre2 * beyond**2
+    if sensor.bias or sensor.bias_per_metre:
+        measured = measured + np.float32(sensor.bias) + np.float32(sensor.bias_per_metre) * measured
     measured += sigma.astype(np.float32) * axial
+    if sensor.depth_step_per_metre2:
+        disparity = np.rint(1 / (np.maximum(measured, 0.01) * sensor.depth_step_per_metre2))
+        measured = (1 / (np.maximum(disparity, 1) * sensor.depth_step_per_metre2)).astype(np.float32)
 
     grazing = picture.cosine < np.cos(np.radians(sensor.grazing_angle_deg))
     lost = (edge & (drop < sensor.edge_dropout)) | (grazing & (drop < sensor.grazing_dropout))
     lost |= (speckle < sensor.speckle_dropout) | (measured < sensor.minimum_range)
     lost |= measured > sensor.maximum_range
-    color_noise *= np.float32(sensor.rgb_sigma)
-    color_noise += picture.rgb
-    noisy = np.clip(np.rint(color_noise, out=color_noise), 0, 255).astype(np.uint8)
-    return RgbdImage(noisy, np.where(lost, np.float32(0), measured), intrinsics)
+    return measured, lost
+
+
+def _unreflected(picture: Picture, sensor: Sensor, surfaces: Surfaces | None,
+                 rng: np.random.Generator) -> Mask:
+    """Pixels whose surface sends too little light back: dark, shiny or distant."""
+    h, w = picture.depth.shape
+    patch = sensor.patch_px
+    coarse = rng.random((3, -(-h // patch), -(-w // patch)), dtype=np.float32)
+    dark, shiny, distant = coarse.repeat(patch, axis=1).repeat(patch, axis=2)[:, :h, :w]
+    lost = np.zeros((h, w), bool)
+    if surfaces is not None:
+        def share(of: NDArray[np.float64], threshold: float) -> NDArray[np.float64]:
+            """(H, W) how far below the threshold the seen surface lies, 0 to 1."""
+            return np.append(np.clip(1 - of / threshold, 0, 1), 0)[picture.geom]  # nothing hit: the last
+
+        lost |= dark < sensor.dark_dropout * share(surfaces.albedo, sensor.dark_albedo)
+        lost |= shiny < sensor.shiny_dropout * share(surfaces.roughness, sensor.shiny_roughness)
+    if sensor.distant_dropout:
+        beyond = (picture.depth - sensor.distant_onset) / (sensor.maximum_range - sensor.distant_onset)
+        lost |= distant < sensor.distant_dropout * np.clip(beyond, 0, 1)
+    return lost
+
+
+def _color(rgb: NDArray[np.uint8], sensor: Sensor, noise: Image, light: float,
+           rng: np.random.Generator) -> NDArray[np.uint8]:
+    """The colour picture; ``noise`` (H, W, 3) is standard normal, and used up."""
+    signal: NDArray[np.uint8] | Image = rgb if light == 1 else rgb * np.float32(light)
+    if sensor.rgb_shot_noise:
+        noise *= np.sqrt(np.float32(sensor.rgb_sigma**2) + np.float32(sensor.rgb_shot_noise) * signal)
+    else:
+        noise *= np.float32(sensor.rgb_sigma)
+    noise += signal
+    drawn = rng.standard_normal(4)
+    gain = (sensor.exposure * np.exp(sensor.exposure_sigma * drawn[0])
+            * np.array(sensor.white_balance) * np.exp(sensor.white_balance_sigma * drawn[1:]))
+    if (gain != 1).any():
+        noise *= gain.astype(np.float32)
+    return np.clip(np.rint(noise, out=noise), 0, 255).astype(np.uint8)

@@ -37,7 +37,7 @@ class FinishedRun(Run):
         self.summary = summary
 
 
-def run(objects: PathLike | Sequence[str] = "all", trials: int | None = None,
+def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = None,
         predictor: str | type | Predictor = "htc-grasp", scenario: PathLike | Scenario = "table4", *,
         seed: int = 0, workers: int | None = None, out: PathLike | None = None, renderer: str = "auto",
         progress: bool | OnTrial = True) -> FinishedRun:
@@ -47,7 +47,7 @@ def run(objects: PathLike | Sequence[str] = "all", trials: int | None = None,
 
     Args:
         objects: ``"all"``, names or categories (comma-separated or as a list), or a folder with a
-            ``manifest.json``.
+            ``manifest.json``; by default those that the scenario names, or all.
         trials: spread evenly over the objects; every object once by default.
         predictor: a name from ``grasp-bench predictors``, ``"my_module:MyPredictor"``, a class, or an
             instance. Names, and classes that another process can import, run on worker processes. An
@@ -81,7 +81,7 @@ def run(objects: PathLike | Sequence[str] = "all", trials: int | None = None,
     if workers is not None and workers < 0:
         raise GraspBenchError(f"workers must not be negative, not {workers}; 0 takes one for each core")
     chosen = scenario if isinstance(scenario, Scenario) else load_scenario(os.fspath(scenario))
-    catalog, names = select_objects(objects)
+    catalog, names = select_objects(list(chosen.objects.names) or "all" if objects is None else objects)
     name, here = named(predictor)
     if here is not None and workers not in (None, 1):
         raise PredictorError(f"{name} exists in this process only and cannot be sent to {workers or 'all'} "

@@ -34,10 +34,11 @@ def _console(quiet: bool = False) -> Console:
 
 @app.command()
 def run(
-    objects: Annotated[str, typer.Option(
-        help="all, object names, categories (comma-separated), or a folder with a manifest.json.")] = "all",
+    objects: Annotated[str | None, typer.Option(
+        help="all, object names, categories (comma-separated), or a folder with a manifest.json; by default "
+             "the scenario's objects, which are all unless it names some.")] = None,
     trials: Annotated[int, typer.Option(
-        min=1, help="How many trials, spread evenly over the objects.")] = 180,
+        min=1, help="How many trials, spread evenly over the objects; of clutter, how many episodes.")] = 180,
     predictor: Annotated[str, typer.Option(
         help="A name from `grasp-bench predictors`, or my_module:MyPredictor.")] = "htc-grasp",
     scenario: Annotated[str, typer.Option(help="A shipped scenario, or the path of a YAML file.")] = "table4",
@@ -156,9 +157,11 @@ def _register() -> None:
     from grasp_bench.datasets.cli import show_command, synth_command
     from grasp_bench.doctor.cli import doctor_command
     from grasp_bench.objects.cli import objects_app
+    from grasp_bench.scenarios_cli import scenarios_app
     from grasp_bench.training.cli import train_command
 
     app.add_typer(objects_app, name="objects")
+    app.add_typer(scenarios_app, name="scenarios")
     data = typer.Typer(no_args_is_help=True, help="Make training data, and look at it.")
     data.command("synth")(synth_command)
     data.command("show")(show_command)

@@ -21,6 +21,7 @@ from grasp_bench.fields import Fraction, NonNegative, Positive, Section, Vector
 from grasp_bench.paths import scenarios_dir
 from grasp_bench.sensors import Sensor
 
+
 class Camera(Section):
     """A fixed pinhole camera."""
 
@@ -77,7 +78,7 @@ class Objects(Section):
         mass_scale: factor on every mass and inertia.
     """
 
-    names: dict[str, str] = {}
+    names: dict[str, str] = Field(default_factory=dict)
     mass_scale: Positive = 1.0
 
     @field_validator("names", mode="before")

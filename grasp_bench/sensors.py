@@ -8,17 +8,17 @@ are the scenario's ``camera``.
 Sources of the presets:
 
 * ``femto-w``: range 0.25–2.5 m as listed for Orbbec's Femto W in installers' planning tools. No error
-  specification of it is published; noise follows what is used for time-of-flight cameras of its class
+  specification of it was found; noise follows what is used for time-of-flight cameras of its class
   (σ = 0.5 mm + 1 mm/m beyond 0.5 m and a quarter pixel sideways, after Tölgyessy et al., Sensors 2021,
   21(2):413). Edge, grazing and speckle shares are estimates.
 * ``azure-kinect``: Microsoft's hardware specification of the mode WFOV 2×2 binned: 0.25–2.88 m, for surfaces
   that reflect 15–95 % at 850 nm, systematic error below 11 mm + 0.1 % of the distance, random error at most
-  17 mm. Tölgyessy et al. confirm both bounds and find far smaller noise near by, which is used here. The 3 mm
-  of constant bias are a value inside the bound; the dropout shares on dark and shiny surfaces are estimates.
+  17 mm, bounds that Tölgyessy et al. confirm. Noise is ``femto-w``'s, whose formula cites them. The 3 mm of
+  constant bias are a value inside the bound; the dropout shares on dark and shiny surfaces are estimates.
 * ``structured-light``: first-generation Kinect and its PrimeSense relatives. σ = 1.2 mm + 1.9 mm/m² · (d −
   0.4 m)² and 0.8 px sideways (Nguyen, Izadi & Lovell, 3DIMPVT 2012); depth in steps of 2.85 mm/m² · d²
-  (Khoshelham & Elberink, Sensors 2012, 12(2):1437); range 0.35–1.4 m of PrimeSense's short-range Carmine 1.09.
-  Such cameras lose edges in the projector's shadow rather than mix them; the shares are estimates.
+  (Khoshelham & Elberink, Sensors 2012, 12(2):1437); range 0.35–1.4 m of PrimeSense's Carmine 1.09. Such
+  cameras lose edges in the projector's shadow rather than mix them; the shares are estimates.
 * ``ideal``: the perfect picture.
 """
 

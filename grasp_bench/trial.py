@@ -158,8 +158,8 @@ def miscalibrated(pose: CameraPose, calibration: Calibration, rng: np.random.Gen
     return pose.moved(calibration.position_mm / 1000 * shift, math.radians(calibration.rotation_deg) * axis)
 
 
-def take_picture(world: World, camera: SceneCamera, scenario: Scenario, rng: np.random.Generator, clock: Clock,
-                 changing: int = -1) -> tuple[Picture, RgbdImage]:
+def take_picture(world: World, camera: SceneCamera, scenario: Scenario, rng: np.random.Generator,
+                 clock: Clock, changing: int = -1) -> tuple[Picture, RgbdImage]:
     """The perfect picture of a world, and what the sensor makes of it.
 
     Args:

@@ -18,7 +18,7 @@ from grasp_bench.grasps import Grasp, GraspPose
 from grasp_bench.motion.ik import InverseKinematics
 from grasp_bench.motion.trajectory import Trajectory, through
 from grasp_bench.objects.heightfield import FINGER, LEAST_INSERTION, TABLE_NOISE
-from grasp_bench.scenario import Motion, Scenario
+from grasp_bench.scenario import Motion, Scenario, Table
 from grasp_bench.scene.ec66 import FINGER_STROKE, HOME
 
 Floats = NDArray[np.float64]
@@ -79,10 +79,14 @@ class SeenScene:
         self.heights = camera.position[2] + image.depth * self._rays[..., 2]
         self.heights[~image.valid] = np.nan
 
-    @property
-    def highest(self) -> float:
-        """Height of the highest thing seen, robust against single pixels [m]."""
-        seen = self.heights[self.heights > TABLE_NOISE]
+    def highest(self, table: Table) -> float:
+        """Height of the highest thing seen on the table, robust against single pixels [m].
+
+        What is seen beside the table top, such as the arm's own base, is not in the way.
+        """
+        tall = self.heights > TABLE_NOISE
+        places = self.camera.position[:2] + self._rays[tall][:, :2] * self.image.depth[tall][:, None]
+        seen = self.heights[tall][(np.abs(places - table.center) <= np.array(table.size) / 2).all(1)]
         return float(np.partition(seen, -20)[-20]) if len(seen) > 20 else 0.0
 
     def on_plane(self, pixel: Floats, height: float) -> Floats:
@@ -92,9 +96,15 @@ class SeenScene:
             raise Blocked(f"the ray through pixel ({pixel[0]:.0f}, {pixel[1]:.0f}) does not meet the table")
         return self.camera.position + ray * (height - self.camera.position[2]) / ray[2]
 
+    def _depth_of_table(self, grasp: Grasp) -> float:
+        """Depth at which the ray through a grasp's centre meets the table [m]; seen from above, the
+        camera's height."""
+        ray = self.camera.rotation[2] @ self.image.intrinsics.deproject([grasp.x, grasp.y], np.ones(()))
+        return float(self.camera.position[2] / max(-ray, 0.1))
+
     def heights_in(self, grasp: Grasp) -> Floats:
         """Heights [m] of the points seen inside the grasp's rectangle, jaws 16 mm wide."""
-        across = 0.8 * JAW * self.image.intrinsics.fx / max(self.camera.position[2] - 0.03, 0.1)
+        across = 0.8 * JAW * self.image.intrinsics.fx / max(self._depth_of_table(grasp) - 0.03, 0.1)
         inside_image = min(grasp.width, 2.0 * sum(self.heights.shape))  # of absurd widths, no more is in view
         corners = np.round(replace(grasp, width=inside_image).rectangle(height=across) - 0.5).astype(np.int32)
         window = self._window(corners.min(0), corners.max(0) + 1)
@@ -212,7 +222,7 @@ class Planner:
         motion = self.scenario.motion
         pose, top = grasp_pose(scene, grasp, motion)
         period = self.scenario.physics.timestep * self.scenario.physics.control_steps
-        above = max(pose.position[2] + motion.approach_height, scene.highest + 0.03)
+        above = max(pose.position[2] + motion.approach_height, scene.highest(self.scenario.table) + 0.03)
         raised = np.array([*pose.position[:2], above])
         lifted = pose.position + [0, 0, motion.lift_height]
         target = np.array([*motion.carry_to[:2], lifted[2] + motion.carry_to[2]])

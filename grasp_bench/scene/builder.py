@@ -209,7 +209,8 @@ def _digest(scenario: Scenario, model: ObjectModel | None, robot: bool) -> str:
     # All of the scenario but what surely is not in the model: a few keys too many cost only cache hits.
     digest.update(scenario.model_dump_json(exclude=NOT_IN_THE_MODEL).encode())
     digest.update((model.digest if model else "-").encode())
-    for path in (Path(__file__), Path(__file__).with_name("hulls.py"), *sorted((assets_dir() / "ec66").glob("*.xml")),
+    for path in (Path(__file__), Path(__file__).with_name("hulls.py"),
+                 *sorted((assets_dir() / "ec66").glob("*.xml")),
                  *sorted((assets_dir() / "ec66" / "meshes").iterdir())):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:32]

@@ -25,7 +25,7 @@ def merged(hulls: list[Floats], most: int) -> list[Floats]:
     if most <= 0 or len(hulls) <= most:
         return hulls
     pieces = [_hull(h) for h in hulls]
-    cost = {pair: _added(pieces[pair[0]], pieces[pair[1]]) for pair in itertools.combinations(range(len(pieces)), 2)}
+    cost = {(i, j): _added(pieces[i], pieces[j]) for i, j in itertools.combinations(range(len(pieces)), 2)}
     alive = set(range(len(pieces)))
     while len(alive) > most:
         first, second = min(cost, key=lambda pair: (cost[pair], pair))

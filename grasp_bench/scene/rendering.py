@@ -161,7 +161,8 @@ def geom_colors(model: mujoco.MjModel) -> NDArray[np.float64]:
 def surfaces(model: mujoco.MjModel) -> Surfaces:
     """Albedo and roughness of all geoms of a model made by :mod:`grasp_bench.scene.builder`."""
     display = geom_colors(model)
-    linear = np.where(display <= 0.04045, display / 12.92, ((display + 0.055) / 1.055) ** 2.4)  # IEC 61966-2-1
+    # IEC 61966-2-1
+    linear = np.where(display <= 0.04045, display / 12.92, ((display + 0.055) / 1.055) ** 2.4)
     told = model.geom_user[:, 0] if model.nuser_geom else np.zeros(model.ngeom)
     return Surfaces(linear @ [0.2126, 0.7152, 0.0722], np.where(told > 0, told, 1.0))
 

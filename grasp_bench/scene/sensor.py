@@ -7,14 +7,14 @@ module names the sources of the presets). In the order in which they are applied
 * *Mixed pixels*: beside a depth step larger than ``edge_step`` a pixel sees both surfaces and reports, with
   probability ``mixed_pixels``, something between them.
 * *Bias*: ``bias`` + ``bias_per_metre`` · d is added to every reading.
-* *Axial noise*: Gaussian, σ = ``axial_sigma`` + ``axial_sigma_per_metre`` · x + ``axial_sigma_per_metre2`` ·
-  x² with x = max(d − ``axial_onset``, 0).
+* *Axial noise*: Gaussian, σ = ``axial_sigma`` + ``axial_sigma_per_metre`` · x
+  + ``axial_sigma_per_metre2`` · x² with x = max(d − ``axial_onset``, 0).
 * *Steps*: 1/d is rounded to multiples of ``depth_step_per_metre2``, as cameras that measure disparity do; the
   steps of d are that times d².
 * *Dropout*: readings are lost beside steps, at grazing incidence, out of range and at random (speckle), anew
-  in every frame. Lost in every frame alike, in patches of ``patch_px`` pixels, are readings of dark, shiny and
-  distant surfaces, with probability ``dark_dropout`` · (1 − albedo/``dark_albedo``), ``shiny_dropout`` · (1 −
-  roughness/``shiny_roughness``) and ``distant_dropout`` · (d − ``distant_onset``)/(``maximum_range`` −
+  in every frame. Lost in every frame alike, in patches of ``patch_px`` pixels, are readings of dark, shiny
+  and distant surfaces, with probability ``dark_dropout`` · (1 − albedo/``dark_albedo``),
+  ``shiny_dropout`` · (1 − roughness/``shiny_roughness``) and ``distant_dropout`` · (d − ``distant_onset``)/(``maximum_range`` −
   ``distant_onset``), each clipped to 0 … 1. The albedo is that of the visible colour: what a surface
   reflects in the near infrared is not known here.
 * *Average*: of ``frames`` pictures, over the frames that measured; a pixel needs half of them.

@@ -18,8 +18,8 @@ from grasp_bench.sensors import PRESET_NAMES, PRESETS
 
 def lit(level: float = 1.0, rgb: np.ndarray = GREY, seed: int = 0, **terms: Any) -> RgbdImage:
     """A wall half a metre away in some light."""
-    return sense(perfect(wall(0.5), rgb), K, Sensor.model_validate(SILENT | terms), np.random.default_rng(seed), None,
-                 level)
+    sensor = Sensor.model_validate(SILENT | terms)
+    return sense(perfect(wall(0.5), rgb), K, sensor, np.random.default_rng(seed), None, level)
 
 
 def covered(albedo: float = 1.0, roughness: float = 1.0, seed: int = 0, **terms: Any) -> np.ndarray:

@@ -14,9 +14,9 @@ module names the sources of the presets). In the order in which they are applied
 * *Dropout*: readings are lost beside steps, at grazing incidence, out of range and at random (speckle), anew
   in every frame. Lost in every frame alike, in patches of ``patch_px`` pixels, are readings of dark, shiny
   and distant surfaces, with probability ``dark_dropout`` · (1 − albedo/``dark_albedo``),
-  ``shiny_dropout`` · (1 − roughness/``shiny_roughness``) and ``distant_dropout`` · (d − ``distant_onset``)/(``maximum_range`` −
-  ``distant_onset``), each clipped to 0 … 1. The albedo is that of the visible colour: what a surface
-  reflects in the near infrared is not known here.
+  ``shiny_dropout`` · (1 − roughness/``shiny_roughness``) and
+  ``distant_dropout`` · (d − ``distant_onset``)/(``maximum_range`` − ``distant_onset``), each clipped to
+  0 … 1. The albedo is that of the visible colour: what a surface reflects in the near infrared is not known.
 * *Average*: of ``frames`` pictures, over the frames that measured; a pixel needs half of them.
 
 Colour: ``exposure`` · white balance · (light · c + noise) with variance ``rgb_sigma``² + ``rgb_shot_noise`` ·

@@ -1,10 +1,15 @@
-"""Writes the measured tables into README.md and docs/results.md: ``python docs/make_tables.py``."""
+"""Writes the measured tables into README.md, docs/results.md and docs/leaderboard.md.
+
+``python docs/make_tables.py``
+"""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
 
+from grasp_bench.leaderboard.page import as_markdown as as_leaderboard
+from grasp_bench.leaderboard.rows import load_row
 from grasp_bench.report.table4 import build_report
 from grasp_bench.report.text import as_markdown
 from grasp_bench.results import find_runs
@@ -28,6 +33,14 @@ def main() -> None:
     replace(ROOT / "README.md", "table4", table.replace("## Table 4, re-measured\n", ""))
     replace(ROOT / "docs" / "results.md", "table4", table.replace("## Table 4, re-measured\n", ""))
     replace(ROOT / "docs" / "results.md", "runs", "### " + rest)
+    replace(ROOT / "docs" / "leaderboard.md", "leaderboard", leaderboard())
+
+
+def leaderboard() -> str:
+    """Rows of the reference runs and of those that were handed in."""
+    submitted = ROOT / "results" / "leaderboard"
+    folders = find_runs(ROOT / "results" / "reference") + (find_runs(submitted) if submitted.is_dir() else [])
+    return as_leaderboard([load_row(folder) for folder in folders])
 
 
 if __name__ == "__main__":

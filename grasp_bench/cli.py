@@ -26,6 +26,22 @@ app = typer.Typer(
          "[bold]grasp-bench report results/[/bold].")
 
 
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from grasp_bench import __version__
+
+        typer.echo(f"grasp-bench {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def common(
+    version: Annotated[bool, typer.Option(
+        "--version", callback=_print_version, is_eager=True, help="Print the version and exit.")] = False,
+) -> None:
+    """Options of the command itself."""
+
+
 def _console(quiet: bool = False) -> Console:
     from rich.console import Console
 
@@ -156,12 +172,14 @@ def predictors(
 def _register() -> None:
     from grasp_bench.datasets.cli import show_command, synth_command
     from grasp_bench.doctor.cli import doctor_command
+    from grasp_bench.leaderboard.cli import leaderboard_app
     from grasp_bench.objects.cli import objects_app
     from grasp_bench.scenarios_cli import scenarios_app
     from grasp_bench.training.cli import train_command
 
     app.add_typer(objects_app, name="objects")
     app.add_typer(scenarios_app, name="scenarios")
+    app.add_typer(leaderboard_app, name="leaderboard")
     data = typer.Typer(no_args_is_help=True, help="Make training data, and look at it.")
     data.command("synth")(synth_command)
     data.command("show")(show_command)

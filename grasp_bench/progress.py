@@ -32,7 +32,9 @@ class Progress:
         self._bar.start()
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is not None and self._done == 0:
+            self._bar.live.transient = True  # refused before the first trial: leave no empty bar behind
         self._bar.stop()
 
     def update(self, record: dict[str, Any], resumed: bool = False) -> None:

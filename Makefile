@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: bench test check build objects clean
+.PHONY: bench test check build docs objects clean
 
 $(STAMP): pyproject.toml constraints.txt
 	test -d $(VENV) || $(PYTHON) -m venv $(VENV)
@@ -27,8 +27,12 @@ build: $(STAMP)
 	$(BIN)/python -m build --quiet
 	$(PYTHON) tests/smoke_wheel.py dist
 
+# The two variables silence notices about the future of MkDocs; warnings of the site itself still fail.
+docs: $(STAMP)
+	NO_MKDOCS_2_WARNING=1 DISABLE_MKDOCS_2_WARNING=true $(BIN)/mkdocs build --strict --quiet
+
 objects: $(STAMP)
 	$(BIN)/grasp-bench objects build
 
 clean:
-	rm -rf dist build .pytest_cache .ruff_cache
+	rm -rf dist build site .pytest_cache .ruff_cache

@@ -11,7 +11,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from enum import StrEnum
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,7 @@ from grasp_bench.grasps import Grasp, GraspPose
 from grasp_bench.motion.planner import Blocked, Plan, Planner, SeenScene, Unreachable
 from grasp_bench.motion.trajectory import Trajectory
 from grasp_bench.objects.catalog import ObjectModel
+from grasp_bench.outcomes import HARNESS_FAULTS, Outcome
 from grasp_bench.predictors.protocol import GroundTruth, Predictor, answer
 from grasp_bench.scenario import Calibration, Scenario
 from grasp_bench.scene.builder import compile_scene
@@ -34,24 +34,7 @@ from grasp_bench.seeding import Purpose, stream
 
 Floats = NDArray[np.float64]
 
-
-class Outcome(StrEnum):
-    """How a trial ended; every trial has exactly one."""
-
-    SUCCESS = "success"
-    NO_GRASP = "no_grasp"
-    IK_FAILED = "ik_failed"
-    APPROACH_COLLISION = "approach_collision"
-    MISSED = "missed"
-    SLIPPED = "slipped"
-    DROPPED = "dropped"
-    UNSTABLE = "unstable"
-    TIMEOUT = "timeout"
-    ERROR = "error"
-
-
-HARNESS_FAULTS = frozenset({Outcome.UNSTABLE, Outcome.TIMEOUT, Outcome.ERROR})
-"""Outcomes that are the harness's fault and not the predictor's; counted as failures."""
+__all__ = ["HARNESS_FAULTS", "Clock", "Outcome", "Trial", "TrialRecord", "Workcell", "run_trial"]
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,71 @@
+"""What makes two runs the same run, and how to say what differs between them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+IDENTITY = ("predictor", "scenario", "seed", "trials", "objects", "weights", "versions", "renderer")
+"""Keys of ``run.json`` that must agree for results to belong together."""
+RESUMING = (*IDENTITY, "shard")
+"""Keys that must agree before a run may be resumed."""
+ORIGIN = ("python", "platform", "cpu", "git")
+"""Keys that say where a run was made; they may differ, but explain why numbers do."""
+
+_NAMES = {"objects": "the objects or their files", "weights": "the weights",
+          "versions": "the software versions", "trials": "the number of trials"}
+_SHOWN = 4
+
+
+def differences(first: dict[str, Any], second: dict[str, Any], keys: Iterable[str] = IDENTITY,
+                places: tuple[str, str] = ("there", "here")) -> dict[str, str]:
+    """What differs between two ``run.json``, in words, by key.
+
+    Args:
+        first, second: contents of ``run.json``.
+        keys: to compare; one that is missing counts as null.
+        places: how to call where the two were found.
+    """
+    found = {}
+    for key in keys:
+        a, b = _plain(first.get(key)), _plain(second.get(key))
+        details = list(_details(a, b, places))
+        if not details and isinstance(a, dict) and isinstance(b, dict) and list(a) != list(b) \
+                and key == "objects":
+            details = ["in another order, so that their trials have other numbers"]
+        if details:
+            more = f"; and {len(details) - _SHOWN} more" if len(details) > _SHOWN else ""
+            found[key] = f"{_NAMES.get(key, f'the {key}')} ({'; '.join(details[:_SHOWN])}{more})"
+    return found
+
+
+def listed(found: dict[str, str]) -> str:
+    """``the seed (…), the weights (…) differ``."""
+    return f"{', '.join(found.values())} differ{'s' if len(found) == 1 else ''}"
+
+
+def _plain(value: Any) -> Any:
+    return json.loads(json.dumps(value))
+
+
+def _details(a: Any, b: Any, places: tuple[str, str], path: str = "") -> Iterator[str]:
+    if isinstance(a, dict) and isinstance(b, dict):
+        for key in dict.fromkeys([*a, *b]):
+            below = f"{path}.{key}" if path else key
+            if key not in a or key not in b:
+                yield f"{below} only {places[key in b]}"
+            else:
+                yield from _details(a[key], b[key], places, below)
+    elif a != b:
+        name = f"{path}: " if path else ""
+        yield f"{name}{_shown(a)} {places[0]}, {_shown(b)} {places[1]}"
+
+
+def _shown(value: Any) -> str:
+    if value is None:
+        return "none"
+    if isinstance(value, str):
+        return f"{value[:9]}…" if len(value) == 64 and value.isalnum() else value[:60]
+    text = json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= 60 else text[:57] + "…"

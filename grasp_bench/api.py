@@ -16,6 +16,7 @@ from grasp_bench.results import RUN
 from grasp_bench.runs import Run
 
 if TYPE_CHECKING:
+    from grasp_bench.jobs import Shard
     from grasp_bench.objects.catalog import Catalog, ObjectModel
     from grasp_bench.predictors.protocol import Predictor
     from grasp_bench.runner import RunSummary
@@ -40,7 +41,8 @@ class FinishedRun(Run):
 def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = None,
         predictor: str | type | Predictor = "htc-grasp", scenario: PathLike | Scenario = "table4", *,
         seed: int = 0, workers: int | None = None, out: PathLike | None = None, renderer: str = "auto",
-        progress: bool | OnTrial = True) -> FinishedRun:
+        progress: bool | OnTrial = True, shard: str = "1/1", executor: str = "process",
+        ray_address: str | None = None, memory_limit: float | None = None) -> FinishedRun:
     """Try to pick up objects, record every trial, and return the run.
 
     The same call again goes on where it stopped, as the command does.
@@ -64,6 +66,12 @@ def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = No
         renderer: ``auto``, ``raycast`` (needs no graphics library), ``egl`` or ``osmesa``.
         progress: a bar on standard error, nothing, or a function called with each record and whether
             it was there before.
+        shard: ``"i/N"``: only every N-th trial, from the i-th on; ``grasp-bench merge`` puts the N
+            folders together.
+        executor: ``"process"`` (this machine) or ``"ray"``.
+        ray_address: of a running Ray cluster, ``"auto"`` or ``"HOST:PORT"``; without one, Ray is
+            started on this machine.
+        memory_limit: of a worker [GiB]; by default its share of 80 % of the machine's.
 
     Raises:
         GraspBenchError: before any trial starts, for anything wrong with the inputs.
@@ -71,7 +79,8 @@ def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = No
     if renderer in LIBRARIES:
         with_gl(renderer)
     without_gl()
-    from grasp_bench.runner import Settings, spread
+    from grasp_bench.executors import make_executor
+    from grasp_bench.runner import Settings, Shard, spread
     from grasp_bench.runner import run as run_trials
     from grasp_bench.scenario import Scenario, load_scenario
     from grasp_bench.scene.rendering import resolve_renderer
@@ -87,10 +96,19 @@ def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = No
         raise PredictorError(f"{name} exists in this process only and cannot be sent to {workers or 'all'} "
                              "workers; leave workers out, or put its class into a module and name that.")
     settings = Settings(chosen, catalog.folder.resolve(), name, seed, resolve_renderer(renderer))
-    folder = Path(out) if out is not None else default_folder(name, chosen.name, seed, here is not None)
-    jobs = spread(names, len(names) if trials is None else trials)
+    part = Shard.parse(shard)
+    folder = Path(out) if out is not None else default_folder(name, chosen.name, seed, here is not None, part)
+    jobs = spread(names, len(names) if trials is None else trials, part)
+    if not len(jobs):
+        raise GraspBenchError(f"Shard {part} of {jobs.total} trials is empty; use fewer shards.")
+    limit = None if memory_limit is None else int(memory_limit * 2**30)
+    if here is not None and executor != "process":
+        raise PredictorError(f"{name} exists in this process only and cannot be sent to {executor}; put its "
+                             "class into a module and name that.")
+    chosen_executor = None if here is not None else make_executor(
+        executor, workers or 0, memory_limit=limit, ray_address=ray_address)
     with _reporting(progress, len(jobs)) as on_trial:
-        summary = run_trials(settings, jobs, folder, workers or os.cpu_count() or 1, on_trial, here)
+        summary = run_trials(settings, jobs, folder, 1, on_trial, here, chosen_executor)
     return FinishedRun(summary)
 
 
@@ -153,10 +171,13 @@ def _importable(cls: type) -> bool:
         return False
 
 
-def default_folder(predictor: str, scenario: str, seed: int, fresh: bool = False) -> Path:
-    """``results/PREDICTOR-SCENARIO-seedN``; with ``fresh``, the first such name that holds no run."""
+def default_folder(predictor: str, scenario: str, seed: int, fresh: bool = False,
+                   shard: Shard | None = None) -> Path:
+    """``results/PREDICTOR-SCENARIO-seedN``, with ``-shardIofN`` for one; with ``fresh``, the first
+    such name that holds no run."""
     label = re.sub(r"[<>]", "", predictor.removeprefix("__main__:")).replace(":", "-").replace("/", "-")
-    folder = Path("results") / f"{label}-{scenario}-seed{seed}"
+    part = f"-shard{shard.index}of{shard.count}" if shard is not None and shard.count > 1 else ""
+    folder = Path("results") / f"{label}-{scenario}-seed{seed}{part}"
     candidate, number = folder, 1
     while fresh and (candidate / RUN).exists():
         number += 1

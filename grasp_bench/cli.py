@@ -64,8 +64,18 @@ def run(
         help="Results folder; by default results/PREDICTOR-SCENARIO-seedN.")] = None,
     renderer: Annotated[str, typer.Option(
         help="auto, raycast (needs no graphics library), egl or osmesa.")] = "auto",
-    max_errors: Annotated[int, typer.Option(
-        min=0, help="Exit with 1 when more trials than this end unstable, timeout or error.")] = 0,
+    max_errors: Annotated[str, typer.Option(
+        help="Exit with 1 when more trials than this end unstable, timeout or error: a number, or a share "
+             "such as 2%.")] = "0",
+    shard: Annotated[str, typer.Option(
+        help="i/N: do only every N-th trial, from the i-th on; `grasp-bench merge` joins the N folders.",
+    )] = "1/1",
+    executor: Annotated[str, typer.Option(help="process (this machine) or ray.")] = "process",
+    ray_address: Annotated[str | None, typer.Option(
+        help="A running Ray cluster, auto or HOST:PORT; without it, --executor ray starts Ray here.")] = None,
+    memory_limit: Annotated[float | None, typer.Option(
+        min=0.1, help="GiB a worker may take before its trial is an error; by default its share of 80 % of "
+                      "the machine's memory.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the run's figures as JSON.")] = False,
 ) -> None:
@@ -74,12 +84,17 @@ def run(
     Example: grasp-bench run --objects mug,pliers --trials 20 --predictor oracle
     """
     from grasp_bench import api
+    from grasp_bench.interrupts import terminate_as_interrupt
+    from grasp_bench.jobs import Shard, spread
+    from grasp_bench.limits import ErrorLimit
     from grasp_bench.progress import Progress
 
     console = _console(quiet or as_json)
-    with Progress(trials, console) as bar:
+    allowed = ErrorLimit.parse(max_errors)
+    with terminate_as_interrupt(), Progress(len(spread(["any"], trials, Shard.parse(shard))), console) as bar:
         done = api.run(objects, trials, predictor, scenario, seed=seed, workers=workers, out=out,
-                       renderer=renderer, progress=bar.update)
+                       renderer=renderer, progress=bar.update, shard=shard, executor=executor,
+                       ray_address=ray_address, memory_limit=memory_limit)
     folder, summary, figures = done.folder, done.summary, done.figures
     if summary.repaired:
         console.print("[yellow]A torn last line, left by a kill, was cut off; "
@@ -94,8 +109,8 @@ def run(
     console.print(f"[bold]{predictor}[/bold] lifted {figures['successes']}/{figures['trials']} = "
                   f"{figures['rate']:.1%} (95 % interval {low:.1%} – {high:.1%}). "
                   f"Results in {folder}; see `grasp-bench report {folder}`.", soft_wrap=True)
-    if done.faults > max_errors:
-        typer.echo(f"{done.faults} trials ended unstable, in a timeout or an error (allowed: {max_errors}); "
+    if allowed.exceeded(done.faults, len(done)):
+        typer.echo(f"{done.faults} trials ended unstable, in a timeout or an error (allowed: {allowed}); "
                    f"see `detail` in {folder / 'trials.jsonl'}.", err=True)
         raise typer.Exit(1)
 
@@ -172,9 +187,11 @@ def predictors(
 def _register() -> None:
     from grasp_bench.datasets.cli import show_command, synth_command
     from grasp_bench.doctor.cli import doctor_command
+    from grasp_bench.gate.cli import check_command
     from grasp_bench.leaderboard.cli import leaderboard_app
     from grasp_bench.objects.cli import objects_app
     from grasp_bench.scenarios_cli import scenarios_app
+    from grasp_bench.shards.cli import merge_command
     from grasp_bench.training.cli import train_command
 
     app.add_typer(objects_app, name="objects")
@@ -186,6 +203,8 @@ def _register() -> None:
     app.add_typer(data, name="data")
     app.command("train")(train_command)
     app.command("doctor")(doctor_command)
+    app.command("merge")(merge_command)
+    app.command("check")(check_command)
 
 
 _register()

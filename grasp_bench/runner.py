@@ -1,181 +1,34 @@
-"""Many trials: spread over objects, run on workers, written as they end, resumed when killed."""
+"""Many trials: spread over objects, given to an executor, written as they end, resumed when killed."""
 
 from __future__ import annotations
 
-import os
 import platform
 import subprocess
 import sys
-from collections.abc import Callable
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
+from collections.abc import Callable, Generator, Iterable
+from contextlib import closing
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grasp_bench.errors import GraspBenchError
+from grasp_bench.errors import GraspBenchError, ResultsError
+from grasp_bench.executors import Executor, Fault, Here, make_executor
+from grasp_bench.jobs import WHOLE, Job, Jobs, Settings, Shard, spread
+from grasp_bench.machine import cpu_name
 from grasp_bench.objects.catalog import Catalog, sha256
 from grasp_bench.paths import assets_dir
 from grasp_bench.predictors import BUILT_IN, load_predictor
-from grasp_bench.results import RunFolder
-from grasp_bench.scenario import Scenario
+from grasp_bench.results import FORMAT, RunFolder
 
 if TYPE_CHECKING:
     from grasp_bench.predictors.protocol import Predictor
-    from grasp_bench.trial import Workcell
+
+__all__ = ["PINNED", "Job", "Jobs", "RunSummary", "Settings", "Shard", "describe", "run", "spread"]
 
 PINNED = ("grasp-bench", "mujoco", "dm-control", "mink", "numpy", "scipy", "torch", "opencv-python-headless",
           "trimesh")
 """Distributions whose versions can change a result."""
-
-
-@dataclass(frozen=True)
-class Job:
-    """One trial to do: its number, object, and how many tries that object had before."""
-
-    trial: int
-    object: str
-    attempt: int
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What a worker needs to know of the run."""
-
-    scenario: Scenario
-    objects: Path
-    predictor: str
-    seed: int
-    renderer: str
-
-
-def spread(objects: list[str], trials: int) -> list[Job]:
-    """Trials spread evenly over objects: every object once, then every object again."""
-    return [Job(i, objects[i % len(objects)], i // len(objects)) for i in range(trials)]
-
-
-def describe(settings: Settings, jobs: list[Job], catalog: Catalog) -> dict[str, Any]:
-    """The content of ``run.json``."""
-    entry = BUILT_IN.get(settings.predictor)
-    weights = None
-    if entry is not None and entry.weights is not None:
-        path = assets_dir() / "weights" / entry.weights
-        weights = {entry.weights: sha256(path)} if path.is_file() else {entry.weights: None}
-    names = list(dict.fromkeys(j.object for j in jobs))
-    return {
-        "format": 1,
-        "command": ["grasp-bench", *sys.argv[1:]],
-        "predictor": settings.predictor,
-        "scenario": settings.scenario.model_dump(mode="json"),
-        "seed": settings.seed,
-        "trials": len(jobs),
-        "objects": {n: catalog.entries[n]["files"] for n in names},
-        "weights": weights,
-        "versions": {name: version(name) for name in PINNED},
-        "renderer": settings.renderer,
-        "python": platform.python_version(),
-        "platform": f"{platform.system()} {platform.machine()}",
-        "git": _git_revision(),
-    }
-
-
-def _git_revision() -> str | None:
-    folder = Path(__file__).parent
-    try:
-        head = subprocess.run(["git", "describe", "--always", "--dirty", "--abbrev=12"], cwd=folder,
-                              text=True, capture_output=True, timeout=10, check=True).stdout.strip()
-    except (OSError, subprocess.SubprocessError):
-        return None
-    return head or None
-
-
-# ---------------------------------------------------------------- inside a worker
-
-_worker: dict[str, Any] = {}
-
-
-def _start_worker(settings: Settings) -> None:
-    """Load once what all trials of a worker share."""
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ[name] = "1"  # one core a worker: threads of two workers would only meet
-    import cv2
-
-    from grasp_bench.trial import Workcell
-
-    cv2.setNumThreads(1)
-    _worker.update(settings=settings, catalog=Catalog(settings.objects),
-                   cell=Workcell(settings.scenario, settings.renderer),
-                   predictor=load_predictor(settings.predictor))
-
-
-def _do(job: Job) -> tuple[dict[str, Any], dict[str, Any]]:
-    """One trial in a worker: its record and its timings."""
-    return _try(job, **_worker)
-
-
-def _try(job: Job, settings: Settings, catalog: Catalog, cell: Workcell, predictor: Predictor,
-         ) -> tuple[dict[str, Any], dict[str, Any]]:
-    from grasp_bench.trial import Outcome, TrialRecord, run_trial
-
-    category = catalog.entries[job.object]["category"]
-    try:
-        model = catalog.load(job.object)
-        done = run_trial(cell, model, predictor, trial=job.trial, attempt=job.attempt, seed=settings.seed)
-        record, seconds = done.record, done.clock.seconds
-    except Exception as error:  # whatever goes wrong belongs to this trial alone
-        detail = f"{type(error).__name__}: {error}"
-        record = TrialRecord(job.trial, job.object, category, settings.seed, Outcome.ERROR, detail)
-        seconds = {}
-    return record.to_json(), {"trial": job.trial} | {k: round(v, 6) for k, v in seconds.items()}
-
-
-# ---------------------------------------------------------------- in the parent
-
-def failed(job: Job, settings: Settings, category: str, outcome: str, detail: str) -> dict[str, Any]:
-    """Record of a trial whose worker did not answer."""
-    from grasp_bench.trial import Outcome, TrialRecord
-
-    return TrialRecord(job.trial, job.object, category, settings.seed, Outcome(outcome), detail).to_json()
-
-
-def run(settings: Settings, jobs: list[Job], out: Path, workers: int,
-        progress: Callable[[dict[str, Any], bool], None] = lambda record, resumed: None,
-        predictor: Predictor | None = None) -> RunSummary:
-    """Do all ``jobs`` that ``out`` does not hold yet.
-
-    Args:
-        settings: of the run.
-        jobs: all its trials.
-        out: results folder.
-        workers: processes; 1 runs them in one worker process, too.
-        progress: called with each record, and whether it was there before.
-        predictor: used in this process, trial after trial, instead of loading ``settings.predictor``
-            on workers; for one that no other process can make.
-
-    Raises:
-        GraspBenchError: before any trial starts, for anything wrong with the inputs.
-    """
-    catalog = Catalog(settings.objects)
-    for name in dict.fromkeys(j.object for j in jobs):
-        model = catalog.load(name)  # every mesh is checked before the first trial
-        if not model.graspable_poses:
-            raise GraspBenchError(f"{name} has no resting pose in which a grasp fits the gripper")
-    if predictor is None:
-        load_predictor(settings.predictor)
-    with RunFolder(out) as folder:
-        done = folder.start(describe(settings, jobs, catalog))
-        if done:
-            from grasp_bench.results import TRIALS, read_lines
-
-            for record in read_lines(out / TRIALS)[0]:
-                progress(record, True)
-        todo = [j for j in jobs if j.trial not in done]
-        if predictor is not None:
-            _run_here(settings, todo, catalog, folder, predictor, progress)
-        elif todo:
-            _run_pool(settings, todo, catalog, folder, workers, progress)
-        folder.finish()  # also where a run was killed after its last trial, before this
-        return RunSummary(out, len(done), len(todo), folder.repaired)
 
 
 @dataclass(frozen=True)
@@ -195,46 +48,106 @@ class RunSummary:
     repaired: bool
 
 
-def _run_here(settings: Settings, jobs: list[Job], catalog: Catalog, folder: RunFolder, predictor: Predictor,
-              progress: Callable[[dict[str, Any], bool], None]) -> None:
-    from grasp_bench.trial import Workcell
+def describe(settings: Settings, jobs: Jobs, catalog: Catalog) -> dict[str, Any]:
+    """The content of ``run.json``."""
+    entry = BUILT_IN.get(settings.predictor)
+    weights = None
+    if entry is not None and entry.weights is not None:
+        path = assets_dir() / "weights" / entry.weights
+        weights = {entry.weights: sha256(path)} if path.is_file() else {entry.weights: None}
+    shard = {} if jobs.shard == WHOLE else {"shard": str(jobs.shard)}
+    return {
+        "format": FORMAT,
+        "command": ["grasp-bench", *sys.argv[1:]],
+        "predictor": settings.predictor,
+        "scenario": settings.scenario.model_dump(mode="json"),
+        "seed": settings.seed,
+        "trials": jobs.total,
+        **shard,
+        "objects": {n: catalog.entries[n]["files"] for n in jobs.used},
+        "weights": weights,
+        "versions": {name: version(name) for name in PINNED},
+        "renderer": settings.renderer,
+        "python": platform.python_version(),
+        "platform": f"{platform.system()} {platform.machine()}",
+        "cpu": cpu_name(),
+        "git": _git_revision(),
+    }
 
-    cell = Workcell(settings.scenario, settings.renderer)
-    for job in jobs:
-        record, timings = _try(job, settings, catalog, cell, predictor)
-        folder.append(record, timings)
-        progress(record, False)
+
+def _git_revision() -> str | None:
+    folder = Path(__file__).parent
+    try:
+        head = subprocess.run(["git", "describe", "--always", "--dirty", "--abbrev=12"], cwd=folder,
+                              text=True, capture_output=True, timeout=10, check=True).stdout.strip()
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return head or None
 
 
-def _run_pool(settings: Settings, jobs: list[Job], catalog: Catalog, folder: RunFolder, workers: int,
-              progress: Callable[[dict[str, Any], bool], None]) -> None:
-    from pebble import ProcessExpired, ProcessPool
+def run(settings: Settings, jobs: Jobs, out: Path, workers: int,
+        progress: Callable[[dict[str, Any], bool], None] = lambda record, resumed: None,
+        predictor: Predictor | None = None, executor: Executor | None = None) -> RunSummary:
+    """Do all ``jobs`` that ``out`` does not hold yet.
 
-    from grasp_bench.spawning import SpawnContext
+    Args:
+        settings: of the run.
+        jobs: all its trials.
+        out: results folder.
+        workers: processes; 1 runs them in one worker process, too.
+        progress: called with each record, and whether it was there before.
+        predictor: used in this process, trial after trial, instead of loading ``settings.predictor``
+            on workers; for one that no other process can make.
+        executor: what carries the trials out; worker processes of this machine by default.
 
-    context = SpawnContext()
-    with ProcessPool(max_workers=min(workers, len(jobs)), initializer=_start_worker, initargs=(settings,),
-                     context=context) as pool:
-        waiting: dict[Future[tuple[dict[str, Any], dict[str, Any]]], Job] = {
-            pool.submit(_do, settings.scenario.trial_timeout, job): job for job in jobs}
-        try:
-            while waiting:
-                ended, _ = wait(waiting, return_when=FIRST_COMPLETED)
-                for future in sorted(ended, key=lambda f: waiting[f].trial):
-                    job = waiting.pop(future)
-                    category = catalog.entries[job.object]["category"]
-                    timings: dict[str, Any] = {"trial": job.trial}
-                    try:
-                        record, timings = future.result()
-                    except TimeoutError:
-                        record = failed(job, settings, category, "timeout",
-                                        f"no answer within {settings.scenario.trial_timeout:g} s")
-                    except (ProcessExpired, CancelledError) as error:
-                        code = getattr(error, "exitcode", "?")
-                        record = failed(job, settings, category, "error",
-                                        f"the worker process died (exit code {code})")
+    Raises:
+        GraspBenchError: before any trial starts, for anything wrong with the inputs.
+    """
+    catalog = Catalog(settings.objects)
+    for name in jobs.used:
+        model = catalog.load(name)  # every mesh is checked before the first trial
+        if not model.graspable_poses:
+            raise GraspBenchError(f"{name} has no resting pose in which a grasp fits the gripper")
+    if predictor is None:
+        load_predictor(settings.predictor)
+
+    def found(record: dict[str, Any]) -> None:
+        trial = record["trial"]
+        if not jobs.holds(trial) or jobs.job(trial).object != record["object"]:
+            raise ResultsError(f"{out} holds trial {trial} on {record['object']}, which is none of this run; "
+                               "its files were mixed up. Restore them, or choose another --out.")
+        progress(record, True)
+
+    with RunFolder(out) as folder:
+        done = folder.start(describe(settings, jobs, catalog), found)
+        todo = len(jobs) - len(done)
+        if todo:
+            chosen = executor or (make_executor("process", min(workers, todo)) if predictor is None
+                                  else Here(predictor))
+            left = (j for j in jobs if j.trial not in done)
+            with closing(carry_out(settings, left, catalog, chosen)) as ended:
+                for record, timings in ended:
                     folder.append(record, timings)
                     progress(record, False)
-        except BaseException:
-            pool.stop()
-            raise
+        folder.finish()  # also where a run was killed after its last trial, before this
+        return RunSummary(out, len(done), todo, folder.repaired)
+
+
+def carry_out(settings: Settings, jobs: Iterable[Job], catalog: Catalog, executor: Executor,
+              ) -> Generator[tuple[dict[str, Any], dict[str, Any]], None, None]:
+    """Records and timings of ``jobs``, as they end; faults become records of their kind."""
+    with closing(executor.run(settings, jobs)) as answers:
+        for answer in answers:
+            if isinstance(answer, Fault):
+                category = catalog.entries[answer.job.object]["category"]
+                yield failed(answer, settings, category), {"trial": answer.job.trial}
+            else:
+                yield answer.record, answer.timings
+
+
+def failed(fault: Fault, settings: Settings, category: str) -> dict[str, Any]:
+    """Record of a trial whose worker did not answer."""
+    from grasp_bench.trial import TrialRecord
+
+    job = fault.job
+    return TrialRecord(job.trial, job.object, category, settings.seed, fault.outcome, fault.detail).to_json()

@@ -1,8 +1,14 @@
-"""Statistics of success counts."""
+"""Statistics of success counts, of one run and of two runs on the same trials."""
 
 from __future__ import annotations
 
-from scipy.stats import binomtest
+import math
+from statistics import NormalDist
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.stats import binom, binomtest
 
 
 def wilson(successes: int, trials: int, confidence: float = 0.95) -> tuple[float, float]:
@@ -26,3 +32,154 @@ def mcnemar(first_only: int, second_only: int) -> float:
     """
     discordant = first_only + second_only
     return 1.0 if discordant == 0 else float(binomtest(first_only, discordant, 0.5).pvalue)
+
+
+def mcnemar_worse(lost: int, gained: int) -> float:
+    """One-sided exact p-value of McNemar's test that a success became less likely.
+
+    Among the trials in which exactly one of two runs succeeded, each is as likely as the other
+    where nothing changed; the p-value is the probability of so many losses or more.
+
+    Args:
+        lost: trials in which only the old run succeeded.
+        gained: trials in which only the new run did.
+    """
+    return float(binom.sf(lost - 1, lost + gained, 0.5))
+
+
+class Pairs(NamedTuple):
+    """Trials of two runs, counted pairwise.
+
+    Attributes:
+        lost: only the old run succeeded.
+        gained: only the new run did.
+        trials: number of pairs.
+    """
+
+    lost: int
+    gained: int
+    trials: int
+
+    @property
+    def difference(self) -> float:
+        """New rate minus old rate."""
+        return (self.gained - self.lost) / self.trials
+
+
+def tango_score(pairs: Pairs, difference: float) -> float:
+    """Tango's score statistic that the rates differ by ``difference`` (new − old); about N(0, 1) if so.
+
+    T. Tango, “Equivalence test and confidence interval for the difference in proportions for the
+    paired-sample design”, Statistics in Medicine 17 (1998) 891–908, eqs. (24)–(26): the variance
+    is that of the maximum-likelihood estimate under the hypothesis, so that it stays honest where
+    few pairs are discordant.
+
+    Args:
+        pairs: counts.
+        difference: in (−1, 1).
+    """
+    gained, lost, n = pairs.gained, pairs.lost, pairs.trials
+    a = 2 * n
+    b = -gained - lost + (2 * n - gained + lost) * difference
+    c = -lost * difference * (1 - difference)
+    only_old = max((math.sqrt(max(b * b - 4 * a * c, 0.0)) - b) / (2 * a), 0.0)
+    variance = n * (2 * only_old + difference * (1 - difference))
+    distance = gained - lost - n * difference
+    if variance <= 0:
+        return 0.0 if distance == 0 else math.copysign(math.inf, distance)
+    return distance / math.sqrt(variance)
+
+
+def paired_interval(pairs: Pairs, confidence: float = 0.95) -> tuple[float, float]:
+    """Tango's score interval of the difference of paired rates (new − old).
+
+    Its lower limit with confidence 1 − 2α decides the non-inferiority test at level α.
+
+    Raises:
+        ValueError: for counts that cannot be.
+    """
+    if pairs.trials <= 0 or min(pairs) < 0 or pairs.lost + pairs.gained > pairs.trials:
+        raise ValueError(f"need 0 ≤ lost + gained ≤ trials and trials > 0, got {pairs}")
+    z = NormalDist().inv_cdf((1 + confidence) / 2)
+    edge = 1 - 1e-12
+    estimate = pairs.difference
+
+    def limit(sign: float) -> float:
+        def excess(difference: float) -> float:
+            return tango_score(pairs, difference) - sign * z
+
+        end = -sign * edge
+        if abs(estimate) >= edge and estimate * sign < 0:
+            return -sign
+        low, high = sorted((end, min(max(estimate, -edge), edge)))
+        if excess(low) * excess(high) > 0:
+            return -sign * 1.0
+        return float(brentq(excess, low, high, xtol=1e-12))
+
+    return limit(1.0), limit(-1.0)
+
+
+def non_inferiority(pairs: Pairs, margin: float) -> float:
+    """One-sided p-value of the hypothesis that the rate dropped by ``margin`` or more (Tango's score)."""
+    return float(1 - NormalDist().cdf(tango_score(pairs, -margin)))
+
+
+# ---------------------------------------------------------------- what a number of trials can see
+
+def power_of_drop(trials: int, drop: float, gained: float, alpha: float = 0.05) -> float:
+    """Probability that McNemar's exact one-sided test sees a drop.
+
+    Args:
+        trials: pairs.
+        drop: old rate minus new rate.
+        gained: share of pairs that only the new run wins; ``drop + gained`` are lost.
+        alpha: level of the test.
+    """
+    lost = drop + gained
+    discordant = lost + gained
+    if min(lost, gained) < 0 or discordant > 1:
+        raise ValueError(f"impossible shares: {lost} lost and {gained} gained")
+    if discordant == 0:
+        return 0.0
+    middle, spread = trials * discordant, 10 * math.sqrt(trials * discordant * (1 - discordant)) + 10
+    m = np.arange(max(0, int(middle - spread)), min(trials, int(middle + spread)) + 1)
+    critical = binom.isf(alpha, m, 0.5) + 1  # losses from which on the test rejects
+    return float(np.sum(binom.pmf(m, trials, discordant) * binom.sf(critical - 1, m, lost / discordant)))
+
+
+def visible_drop(trials: int, rate: float, gained: float | None = None, alpha: float = 0.05,
+                 power: float = 0.8) -> float | None:
+    """Smallest drop of the rate that so many pairs show with probability ``power``; None if none.
+
+    Args:
+        trials: pairs.
+        rate: of the old run.
+        gained: share of pairs that only the new run wins; by default that of two runs that have
+            nothing to do with each other, which is the worst case of positively correlated ones.
+        alpha, power: of McNemar's exact one-sided test.
+    """
+
+    def reached(drop: float) -> float:
+        new = rate - drop
+        g = (1 - rate) * new if gained is None else min(gained, 1 - rate, new)
+        return power_of_drop(trials, drop, max(g, 0.0), alpha) - power
+
+    if rate <= 0 or reached(rate) < 0:
+        return None
+    return float(brentq(reached, 0.0, rate, xtol=1e-5))
+
+
+def trials_to_exclude(margin: float, lost: float, gained: float, alpha: float = 0.05,
+                      power: float = 0.8) -> int | None:
+    """Pairs after which a drop of ``margin`` or more is excluded with probability ``power``; None if never.
+
+    By the normal approximation of the score test, with the shares of pairs lost and gained as given.
+    """
+    distance = margin - (lost - gained)
+    if distance <= 0:
+        return None
+    quantile = NormalDist().inv_cdf
+    variance = lost + gained - (lost - gained) ** 2
+    at_margin = max(lost + gained, margin) - margin**2
+    reach = quantile(1 - alpha) * math.sqrt(at_margin) + quantile(power) * math.sqrt(variance)
+    return math.ceil((reach / distance) ** 2)

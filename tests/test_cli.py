@@ -14,6 +14,7 @@ import pytest
 
 from grasp_bench import runner
 from grasp_bench.cli import main
+from grasp_bench.executors import worker
 from grasp_bench.predictors import BUILT_IN
 from grasp_bench.scenario import Scenario
 
@@ -58,14 +59,12 @@ def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         monkeypatch.setenv(name, "1")
 
-    def sequential(settings, jobs, catalog, folder, workers, progress) -> None:
-        runner._start_worker(settings)
-        for job in jobs:
-            record, timings = runner._do(job)
-            folder.append(record, timings)
-            progress(record, False)
+    class Sequential:
+        def run(self, settings, jobs):
+            worker.load(settings)
+            yield from map(worker.do, jobs)
 
-    monkeypatch.setattr(runner, "_run_pool", sequential)
+    monkeypatch.setattr("grasp_bench.executors.make_executor", lambda *_, **__: Sequential())
 
 
 @pytest.fixture(scope="session")
@@ -179,7 +178,7 @@ def test_an_interrupted_run_ends_with_130_and_says_how_to_go_on(
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(runner, "_run_pool", interrupted)
+    monkeypatch.setattr(runner, "carry_out", interrupted)
     ended = cli("run", "--objects", toy_catalog, "--predictor", "oracle", "--out", "out")
     assert ended.code == 130
     assert "the same command goes on" in ended.err

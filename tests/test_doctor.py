@@ -31,7 +31,8 @@ def small_shop(toy_catalog: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 def test_the_environment_is_described(small_shop: Path) -> None:
     checks = by_name(check_environment())
     assert healthy(list(checks.values()))
-    assert set(checks) >= {"Python", "Machine", "Tested stack", "Renderers", "Model cache", "Objects", "Weights"}
+    assert set(checks) >= {"Python", "Machine", "Tested stack", "Renderers", "Model cache", "Objects",
+                           "Weights"}
     assert "cores of" in checks["Machine"].detail
     assert "raycast" in checks["Renderers"].detail
     assert checks["Objects"].detail.startswith("3,")

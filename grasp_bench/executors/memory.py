@@ -1,0 +1,80 @@
+"""Ends worker processes that take more memory than they may, before the system ends something else."""
+
+from __future__ import annotations
+
+import threading
+from contextlib import suppress
+from types import TracebackType
+
+import psutil
+
+PERIOD = 0.2
+"""Seconds between two looks."""
+
+
+def fair_share(workers: int) -> int:
+    """Memory a worker may take when nothing is said: its share of 80 % of the machine's [bytes]."""
+    return int(0.8 * psutil.virtual_memory().total / workers)
+
+
+class MemoryGuard:
+    """Watches the children of this process, each with what it started itself.
+
+    Args:
+        limit: resident memory of a child and its descendants [bytes].
+
+    Attributes:
+        last: why the last process was ended, in words; None while none was.
+    """
+
+    def __init__(self, limit: int) -> None:
+        self.limit = limit
+        self.last: str | None = None
+        self._ended: dict[int, str] = {}
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._watch, daemon=True, name="memory-guard")
+
+    def __enter__(self) -> MemoryGuard:
+        self._thread.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        self._stop.set()
+        self._thread.join()
+
+    def reason(self, pid: int) -> str | None:
+        """Why a process was ended by this guard, in words; None when it was not."""
+        return self._ended.pop(pid, None)
+
+    def _watch(self) -> None:
+        me = psutil.Process()
+        while not self._stop.wait(PERIOD):
+            for child in me.children():
+                family = [child, *_descendants(child)]
+                used = sum(map(_resident, family))
+                if used > self.limit:
+                    self.last = (f"the worker took {used / 2**30:.1f} GiB of memory, more than the "
+                                 f"{self.limit / 2**30:.1f} GiB allowed")
+                    self._ended[child.pid] = self.last
+                    for process in family:
+                        _kill(process)
+
+
+def _descendants(process: psutil.Process) -> list[psutil.Process]:
+    try:
+        return process.children(recursive=True)
+    except psutil.Error:
+        return []
+
+
+def _resident(process: psutil.Process) -> int:
+    try:
+        return process.memory_info().rss
+    except psutil.Error:
+        return 0
+
+
+def _kill(process: psutil.Process) -> None:
+    with suppress(psutil.Error):
+        process.kill()

@@ -1,0 +1,37 @@
+"""How many harness faults a run may have."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from grasp_bench.errors import GraspBenchError
+
+
+@dataclass(frozen=True)
+class ErrorLimit:
+    """A number of trials, or a share of them."""
+
+    text: str
+    value: float
+    is_share: bool
+
+    @classmethod
+    def parse(cls, text: str) -> ErrorLimit:
+        """From ``3`` (trials) or ``2%`` (of the trials).
+
+        Raises:
+            GraspBenchError: for anything else.
+        """
+        match = re.fullmatch(r"\s*(\d{1,9}|\d{1,3}(?:\.\d+)?\s*(%))\s*", text)
+        if match is None or (match[2] and float(match[1].rstrip("% ")) > 100):
+            raise GraspBenchError(f"--max-errors must be a number of trials, e.g. 3, or a share of them, "
+                                  f"e.g. 2%, not {text!r}.")
+        return cls(text.strip(), float(match[1].rstrip("% ")) / (100 if match[2] else 1), bool(match[2]))
+
+    def exceeded(self, faults: int, trials: int) -> bool:
+        """Whether so many faults are too many."""
+        return faults > (self.value * trials if self.is_share else self.value)
+
+    def __str__(self) -> str:
+        return self.text

@@ -1,0 +1,1 @@
+"""A run done in parts on several machines, put together again."""

@@ -187,6 +187,7 @@ def predictors(
 def _register() -> None:
     from grasp_bench.datasets.cli import show_command, synth_command
     from grasp_bench.doctor.cli import doctor_command
+    from grasp_bench.evaluation.cli import evaluate_command
     from grasp_bench.gate.cli import check_command
     from grasp_bench.leaderboard.cli import leaderboard_app
     from grasp_bench.objects.cli import objects_app
@@ -202,6 +203,7 @@ def _register() -> None:
     data.command("show")(show_command)
     app.add_typer(data, name="data")
     app.command("train")(train_command)
+    app.command("evaluate")(evaluate_command)
     app.command("doctor")(doctor_command)
     app.command("merge")(merge_command)
     app.command("check")(check_command)

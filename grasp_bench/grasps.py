@@ -153,17 +153,30 @@ class GraspMaps:
 
     @classmethod
     def from_grasps(cls, grasps: Iterable[Grasp], shape: tuple[int, int]) -> GraspMaps:
-        """Training maps of labelled rectangles: the centre third of each is filled, later
-        ones overwrite earlier ones (the convention of GG-CNN's code)."""
+        """Training maps of grasps, taken as rectangles half as high as wide."""
+        listed = list(grasps)
+        return cls.from_rectangles([g.rectangle() for g in listed], shape, [g.quality for g in listed])
+
+    @classmethod
+    def from_rectangles(cls, rectangles: Iterable[ArrayLike], shape: tuple[int, int],
+                        qualities: Iterable[float] | None = None) -> GraspMaps:
+        """Training maps of labelled rectangles (4, 2), their first edge along the jaws' opening.
+
+        The third of each in its middle is filled, later ones overwrite earlier ones (the
+        convention of GG-CNN's code).
+        """
         import cv2
 
+        corners = [np.asarray(r, dtype=float) for r in rectangles]
         quality, sin2, cos2, width = (np.zeros(shape, np.float32) for _ in range(4))
-        for g in grasps:
-            third = Grasp(g.x, g.y, g.angle, g.width / 3).rectangle(height=g.width / 2)
+        for c, q in zip(corners, [1.0] * len(corners) if qualities is None else qualities, strict=True):
+            g = Grasp.from_rectangle(c)
+            third = np.stack([(2 * c[0] + c[1]) / 3, (c[0] + 2 * c[1]) / 3,
+                              (2 * c[2] + c[3]) / 3, (c[2] + 2 * c[3]) / 3])
             mask = np.zeros(shape, np.uint8)
             cv2.fillPoly(mask, [np.round(third - 0.5).astype(np.int32)], (1,))
             inside = mask > 0
-            quality[inside] = g.quality
+            quality[inside] = q
             sin2[inside], cos2[inside] = math.sin(2 * g.angle), math.cos(2 * g.angle)
             width[inside] = g.width
         return cls(quality, sin2, cos2, width)

@@ -11,6 +11,7 @@ from torch.nn import functional
 from grasp_bench.errors import UnknownNameError
 from grasp_bench.grasps import Grasp, GraspMaps
 from grasp_bench.networks import NETWORKS, build, info, parameter_count
+from grasp_bench.networks.encoding import CHANNELS as CHANNELS_OF
 from grasp_bench.networks.encoding import (
     Kind,
     encode_depth,
@@ -48,10 +49,31 @@ def test_every_parameter_gets_a_gradient(name: str) -> None:
         assert value.grad.abs().max() > 0 or parameter.endswith("bias"), parameter
 
 
-def test_parameter_count_is_the_published_one(name: str) -> None:
-    if info(name).parameters is None:
-        pytest.skip("no code or count was published")
-    assert parameter_count(build(name)) == info(name).parameters
+@pytest.mark.parametrize(("name", "kind", "count"), [
+    (name, kind, count) for name, spec in NETWORKS.items() for kind, count in spec.parameters.items()])
+def test_parameter_count_is_the_published_one(name: str, kind: Kind, count: int) -> None:
+    assert parameter_count(build(name, kind)) == count
+
+
+def test_published_counts_are_known_of_every_rival() -> None:
+    counts = {(name, kind): count for name, spec in NETWORKS.items()
+              for kind, count in spec.parameters.items()}
+    assert counts == {("gg-cnn", "depth"): 62_420, ("gg-cnn", "rgbd"): 70_196,
+                      ("gg-cnn2", "depth"): 66_676, ("gg-cnn2", "rgbd"): 72_484,
+                      ("gr-convnet", "rgbd"): 1_900_900, ("gr-convnet", "depth"): 1_893_124,
+                      ("gr-convnet-16", "rgbd"): 479_156, ("tf-grasp", "rgbd"): 6_812_108}
+
+
+@pytest.mark.parametrize(("name", "kind"), [("gg-cnn", "rgbd"), ("gr-convnet-16", "rgb"),
+                                            ("gr-convnet-16", "depth"), ("tf-grasp", "rgb")])
+def test_other_inputs(name: str, kind: Kind) -> None:
+    with torch.inference_mode():
+        assert build(name, kind).eval()(torch.randn(1, CHANNELS_OF[kind], 64, 64)).shape == (1, 4, 64, 64)
+
+
+def test_input_a_network_was_not_published_with() -> None:
+    with pytest.raises(UnknownNameError, match="input of htc-grasp 'depth'"):
+        build("htc-grasp", "depth")
 
 
 def test_evaluation_repeats_exactly(name: str) -> None:

@@ -17,7 +17,7 @@ from safetensors.torch import save as to_bytes
 from torch import nn
 
 from grasp_bench.errors import AssetError
-from grasp_bench.networks import build
+from grasp_bench.networks import build, info
 from grasp_bench.paths import assets_dir
 
 MANIFEST = "manifest.json"
@@ -33,6 +33,13 @@ def sha256(path: Path) -> str:
     """Hex digest of a file."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def described(path: Path) -> str:
+    """Name and first digits of the SHA-256 of weights; AssetError when they are missing."""
+    if not path.is_file():
+        _read(path)
+    return f"{path.name} {sha256(path)[:16]}"
 
 
 def save(network: nn.Module, path: Path, metadata: dict[str, Any]) -> None:
@@ -70,6 +77,11 @@ def read_metadata(path: Path) -> dict[str, Any]:
     return metadata
 
 
+def stored_input(metadata: dict[str, Any]) -> str | None:
+    """'rgbd', 'rgb' or 'depth' as the weights' metadata say; None where they do not."""
+    return str(metadata["input"]).split()[0] if metadata.get("input") else None
+
+
 def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]]:
     """Network ``name`` with weights, in evaluation mode, and their metadata.
 
@@ -80,7 +92,7 @@ def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]
     Raises:
         AssetError: the file is missing, truncated, altered or of another network.
     """
-    network = build(name)
+    info(name)  # a wrong name is told before a missing file
     path = weights_path(name) if path is None else Path(path)
     check_manifest(path)
     tensors, metadata = _read(path)
@@ -88,6 +100,7 @@ def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]
     if stored_for != name:
         raise AssetError(f"{path} holds weights of network {stored_for!r}, not {name!r}; "
                          f"give --weights a file trained for {name!r}.")
+    network = build(name, stored_input(metadata))
     wanted = network.state_dict()
     if odd := sorted(set(wanted) ^ set(tensors)):
         raise AssetError(f"{path} does not fit network {name!r}: {len(odd)} tensors missing or unknown, "

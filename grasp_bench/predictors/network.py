@@ -30,19 +30,21 @@ class NetworkPredictor:
     Attributes:
         crop_origin: (x, y) of the crop's corner in the last image [px], negative if padded.
         metadata: what is stored with the weights.
+        kind, crop: the network's input and its side [px].
     """
 
     def __init__(self, name: str = "htc-grasp", weights: Path | None = None, peaks: int = 5) -> None:
         import torch
 
-        from grasp_bench.networks import info
-        from grasp_bench.networks.weights import load
+        from grasp_bench.networks import info, input_kind
+        from grasp_bench.networks.weights import load, stored_input
 
         self.name, self.peaks = name, peaks
         self.crop_origin = (0, 0)
-        self._info = info(name)
+        self.crop = info(name).crop
         self._device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         network, self.metadata = load(name, weights)
+        self.kind = input_kind(name, stored_input(self.metadata))
         self._network = network.to(self._device).to(
             memory_format=torch.channels_last)  # pyright: ignore[reportCallIssue]
 
@@ -60,8 +62,8 @@ class NetworkPredictor:
         """The network's maps of the crop at ``crop_origin``, not smoothed."""
         from grasp_bench.networks.encoding import maps_from_output, to_input
 
-        rgb, depth, self.crop_origin = centre_crop(image, self._info.crop)
-        return maps_from_output(self._forward(to_input(rgb, depth, self._info.kind)))
+        rgb, depth, self.crop_origin = centre_crop(image, self.crop)
+        return maps_from_output(self._forward(to_input(rgb, depth, self.kind)))
 
     def _forward(self, x: np.ndarray) -> torch.Tensor:
         import torch

@@ -18,6 +18,7 @@ from grasp_bench.networks.encoding import Kind, targets_from_maps, to_input
 from grasp_bench.training.augment import View, crop_scene, jitter_colour, jitter_depth, random_view
 from grasp_bench.training.config import TrainConfig
 from grasp_bench.training.dataset import Scene
+from grasp_bench.training.sources import Mixture
 
 Batch = tuple[NDArray[np.float32], NDArray[np.float32]]
 
@@ -42,7 +43,10 @@ def make_sample(scene: Scene, kind: Kind, crop: int, rng: np.random.Generator | 
 
 def make_batch(scenes: Sequence[Scene], config: TrainConfig, kind: Kind, crop: int, step: int) -> Batch:
     """Inputs (B, C, crop, crop) and targets (B, 4, crop, crop) of a step."""
-    chosen = scenes_of_step(config.seed, step, config.batch, len(scenes))
+    if isinstance(scenes, Mixture) and scenes.shares is not None:
+        chosen = [scenes.draw(np.random.default_rng([config.seed, 3, step, i])) for i in range(config.batch)]
+    else:
+        chosen = scenes_of_step(config.seed, step, config.batch, len(scenes))
     samples = [make_sample(scenes[k], kind, crop,
                            np.random.default_rng([config.seed, 2, step, i]) if config.augment else None)
                for i, k in enumerate(chosen)]

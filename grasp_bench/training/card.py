@@ -3,37 +3,49 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Any
 
-from grasp_bench.networks import info, parameter_count
+from grasp_bench.datasets.rectangles import open_collection
+from grasp_bench.networks import info, input_kind, parameter_count
 from grasp_bench.stats import wilson
 from grasp_bench.training.config import TrainConfig
 from grasp_bench.training.dataset import SceneSet
 from grasp_bench.training.loop import Trained
+from grasp_bench.training.sources import Source
 
 
-def provenance(trained: Trained, config: TrainConfig, scenes: SceneSet, data: list[Path]) -> dict[str, Any]:
+def provenance(trained: Trained, config: TrainConfig, scenes: SceneSet, data: Sequence[Source]) -> dict[str, Any]:
     """JSON-able facts on a run."""
     accuracy = trained.accuracy
     return {
         "network": config.network,
         "reference": info(config.network).reference,
         "parameters": parameter_count(trained.network),
-        "input": f"{info(config.network).kind} {info(config.network).crop}",
+        "input": f"{input_kind(config.network, config.input)} {info(config.network).crop}",
+        "begun_with": config.init,
         "steps": config.steps,
         "seed": config.seed,
         "config": config.model_dump(),
-        "data": {"folders": [path.name for path in data], "fingerprint": scenes.fingerprint,
+        "data": {"folders": [s.folder.name for s in data],
+                 "real": [s.folder.name for s in data if is_real(s)], "fingerprint": scenes.fingerprint,
                  "train": len(scenes.train), "val": len(scenes.val)},
-        "commands": "\n".join([*(_made(path) for path in data), _trained(config, data)]),
+        "commands": "\n".join([*(_made(s) for s in data), _trained(config, data)]),
         "accuracy": {"top1": [accuracy.hits, accuracy.scenes],
                      "rectangle": [accuracy.correct, accuracy.labelled]},
     }
 
 
-def _made(folder: Path) -> str:
+def is_real(source: Source) -> bool:
+    """Whether a folder is a copy of Cornell or Jacquard, and not of generated scenes."""
+    return not (source.folder / "index.jsonl").is_file()
+
+
+def _made(source: Source) -> str:
     """The command that makes a data set, as far as the folder tells."""
+    folder = source.folder
+    if is_real(source):
+        return f"# {folder.name}: a copy of {open_collection(folder).describe().split(' in ')[0]}"
     try:
         made = json.loads((folder / "config.json").read_text())
         scenes = len((folder / "index.jsonl").read_text().splitlines())
@@ -43,13 +55,13 @@ def _made(folder: Path) -> str:
         return f"# {folder.name}: not made by `grasp-bench data synth`"
 
 
-def _trained(config: TrainConfig, data: list[Path]) -> str:
+def _trained(config: TrainConfig, data: Sequence[Source]) -> str:
     """The command of the training, without what is as by default."""
     usual = TrainConfig(network=config.network).model_dump()
     options = [f"--{k.replace('_', '-')} {v}" for k, v in config.model_dump().items()
                if v != usual[k] and k in ("steps", "batch", "lr", "seed", "warmup", "geometry_weight",
-                                          "positive_weight", "ema", "precision")]
-    folders = " ".join(f"--data {path.name}" for path in data)
+                                          "positive_weight", "ema", "precision", "input")]
+    folders = " ".join(f"--data {s.folder.name}" + (f":{s.weight:g}" if s.weight else "") for s in data)
     return (f"grasp-bench train --predictor {config.network} {folders} {' '.join(options)} "
             f"--out runs/{config.network}")
 
@@ -65,7 +77,7 @@ Weights for `grasp-bench`, network `{facts['network']}` with {facts['parameters'
 {facts['input']} px. Architecture after: {facts['reference']}.
 
 ## Training
-Trained from scratch on synthetic scenes only: {data['train']} scenes of {', '.join(data['folders'])}
+{_begun(facts)}: {data['train']} scenes of {', '.join(data['folders'])}
 (fingerprint `{data['fingerprint']}`), {facts['steps']} steps, seed {facts['seed']}; {settings}.
 
 ```
@@ -79,10 +91,21 @@ Trained from scratch on synthetic scenes only: {data['train']} scenes of {', '.j
 | rectangle metric (30°, IoU > 0.25) | {_row(facts['accuracy']['rectangle'])} |
 
 ## Limits
-Never saw a real image. Expects a camera looking down at a table, depth in metres, and a scene like
+{_seen(facts)} Expects a camera looking down at a table, depth in metres, and a scene like
 those it was trained on; figures above say nothing about other cameras. These are not the paper's
 weights, which were never published.
 """
+
+
+def _begun(facts: dict[str, Any]) -> str:
+    begun = facts.get("begun_with")
+    start = f"Begun with {begun} and trained on" if begun else "Trained from scratch on"
+    return f"{start} {'real images too' if facts['data'].get('real') else 'synthetic scenes only'}"
+
+
+def _seen(facts: dict[str, Any]) -> str:
+    real = facts["data"].get("real")
+    return f"Real images seen: those of {', '.join(real)}." if real else "Never saw a real image."
 
 
 def _row(count: list[int]) -> str:

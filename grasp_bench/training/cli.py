@@ -11,11 +11,14 @@ if TYPE_CHECKING:
     from grasp_bench.training.config import TrainConfig
     from grasp_bench.training.dataset import SceneSet
     from grasp_bench.training.loop import Trained
+    from grasp_bench.training.sources import Source
 
 
 def train_command(
     data: Annotated[list[Path], typer.Option(
-        "--data", "-d", help="Folder of generated scenes (has index.jsonl); may be given several times.")],
+        "--data", "-d", help="Folder of generated scenes, or root of a Cornell or Jacquard copy; may be "
+                             "given several times. DIR:WEIGHT sets its share of what is seen; without, "
+                             "every scene is seen equally often.")],
     out: Annotated[Path, typer.Option(
         "--out", "-o", help="Folder of the run. The same command continues an interrupted run there.")],
     predictor: Annotated[str, typer.Option(
@@ -45,10 +48,18 @@ def train_command(
         min=0)] = 0,
     checkpoint_every: Annotated[int, typer.Option(help="Steps between checkpoints.", min=1)] = 500,
     validate_every: Annotated[int, typer.Option(help="Steps between validations.", min=1)] = 500,
+    init: Annotated[str | None, typer.Option(
+        help="Weights to begin with: a .safetensors file, or 'shipped' for the installed ones.")] = None,
+    input_kind: Annotated[Literal["rgbd", "rgb", "depth"] | None, typer.Option(
+        "--input", help="What the network is shown, where it was published with several.")] = None,
+    holdout: Annotated[str | None, typer.Option(
+        help="FOLD/FOLDS of the real images to leave out, e.g. 2/5; they are validated on only.")] = None,
+    split: Annotated[Literal["image", "object"], typer.Option(
+        help="How --holdout parts images: at random, or by objects.")] = "object",
     export: Annotated[bool, typer.Option(
         "--export", help="Install the weights and a model card into assets/weights when done.")] = False,
 ) -> None:
-    """Train a grasp network on generated scenes.
+    """Train a grasp network on generated scenes, Cornell, Jacquard, or a mixture.
 
     Figures go to OUT/log.jsonl, the state to OUT/checkpoint.safetensors; killed at any time,
     the run ends with the same weights as if it had not been, once the command is repeated.
@@ -56,15 +67,21 @@ def train_command(
     from pydantic import ValidationError
     from rich.console import Console
 
+    from grasp_bench.datasets.folds import parse_holdout
     from grasp_bench.networks import info
+    from grasp_bench.networks import input_kind as checked_input
     from grasp_bench.training.config import TrainConfig
-    from grasp_bench.training.dataset import load_scenes
+    from grasp_bench.training.sources import Source, gather
 
     console = Console()
     crop = info(predictor).crop
+    checked_input(predictor, input_kind)
+    begin, begun = _initial(predictor, init)
+    sources = [Source.parse(str(d)) for d in data]
     try:
         config = TrainConfig(
-            network=predictor, steps=steps, batch=batch, lr=lr, seed=seed, warmup=warmup, cosine=not constant,
+            network=predictor, input=input_kind, init=begun, steps=steps, batch=batch, lr=lr, seed=seed,
+            warmup=warmup, cosine=not constant,
             masked=masked, geometry_weight=geometry_weight, positive_weight=positive_weight, ema=ema,
             augment=augment, precision=precision, workers=workers, threads=threads,
             checkpoint_every=checkpoint_every, validate_every=validate_every)
@@ -72,14 +89,25 @@ def train_command(
         first = error.errors()[0]
         raise typer.BadParameter(first["msg"], param_hint=f"--{first['loc'][0]}".replace("_", "-")) from None
     with console.status("Reading scenes …"):
-        scenes = load_scenes(data, crop)
+        scenes = gather(sources, crop, parse_holdout(holdout) if holdout else None, split)
     console.print(f"{len(scenes.train)} scenes to train on, {len(scenes.val)} to validate on")
-    trained = _train_with_progress(config, scenes, out, console)
-    weights = _store(trained, config, scenes, data, out, export)
+    trained = _train_with_progress(config, scenes, out, console, begin)
+    weights = _store(trained, config, scenes, sources, out, export)
     console.print(f"{trained.accuracy}\n[bold]{weights}[/bold]")
 
 
-def _train_with_progress(config: TrainConfig, scenes: SceneSet, out: Path, console) -> Trained:
+def _initial(predictor: str, init: str | None) -> tuple[Path | None, str | None]:
+    """File that ``--init`` names, and what the run's settings say of it."""
+    from grasp_bench.networks.weights import described, weights_path
+
+    if init is None:
+        return None, None
+    path = weights_path(predictor) if init == "shipped" else Path(init)
+    return path, described(path)
+
+
+def _train_with_progress(config: TrainConfig, scenes: SceneSet, out: Path, console,
+                         init: Path | None) -> Trained:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     from grasp_bench.training.loop import train
@@ -95,10 +123,10 @@ def _train_with_progress(config: TrainConfig, scenes: SceneSet, out: Path, conso
             if accuracy is not None:
                 progress.console.print(f"step {done}: {accuracy}")
 
-        return train(config, scenes, out, report)
+        return train(config, scenes, out, report, init)
 
 
-def _store(trained: Trained, config: TrainConfig, scenes: SceneSet, data: list[Path], out: Path,
+def _store(trained: Trained, config: TrainConfig, scenes: SceneSet, data: list[Source], out: Path,
            export: bool) -> Path:
     """Weights and card into ``out``; with ``export`` into the assets too, listed in the manifest."""
     from grasp_bench.networks.weights import add_to_manifest, save, weights_path

@@ -21,6 +21,8 @@ class TrainConfig(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     network: str = "htc-grasp"
+    input: Literal["rgbd", "rgb", "depth"] | None = Field(default=None, description="None = as published")
+    init: str | None = Field(default=None, description="weights begun with, name and SHA-256; None = fresh")
     steps: int = Field(default=5000, ge=1)
     batch: int = Field(default=16, ge=1)
     seed: int = Field(default=0, ge=0)

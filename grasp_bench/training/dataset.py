@@ -80,7 +80,7 @@ def load_scenes(folders: Iterable[Path], crop: int = 224) -> SceneSet:
     split: dict[str, list[Scene]] = {"train": [], "val": []}
     digest = hashlib.sha256()
     for folder in map(Path, folders):
-        for entry in _read_index(folder / "index.jsonl"):
+        for entry in read_index(folder / "index.jsonl"):
             split[entry["split"]].append(load_scene(folder / entry["file"], crop))
             digest.update(f"{entry['file']} {entry['split']}\n".encode())
     if not split["train"]:
@@ -117,7 +117,8 @@ def _check(path: Path, arrays: dict[str, NDArray], crop: int) -> None:
                          f"render it larger.")
 
 
-def _read_index(path: Path) -> list[dict[str, str]]:
+def read_index(path: Path) -> list[dict[str, str]]:
+    """Entries of an index; AssetError names the line that is damaged."""
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:

@@ -20,8 +20,10 @@ import cv2
 import torch
 from torch import Tensor, nn
 
-from grasp_bench.errors import GraspBenchError
-from grasp_bench.networks import NetworkInfo, build, info
+from grasp_bench.errors import AssetError, GraspBenchError
+from grasp_bench.networks import build, info, input_kind
+from grasp_bench.networks.encoding import Kind
+from grasp_bench.networks.weights import load, stored_input
 from grasp_bench.training.batches import batches
 from grasp_bench.training.checkpoint import load_checkpoint, save_checkpoint
 from grasp_bench.training.config import TrainConfig
@@ -50,7 +52,8 @@ class Trained:
     accuracy: Accuracy
 
 
-def train(config: TrainConfig, scenes: SceneSet, out: Path, report: Report | None = None) -> Trained:
+def train(config: TrainConfig, scenes: SceneSet, out: Path, report: Report | None = None,
+          init: Path | None = None) -> Trained:
     """Trains a network, going on from the checkpoint in ``out`` if there is one.
 
     Args:
@@ -58,18 +61,20 @@ def train(config: TrainConfig, scenes: SceneSet, out: Path, report: Report | Non
         scenes: data in memory.
         out: folder for ``checkpoint.safetensors`` and ``log.jsonl``.
         report: progress callback.
+        init: weights to begin with instead of random ones.
 
     Raises:
         AssetError: the checkpoint is damaged or of another run.
         GraspBenchError: the loss became infinite or NaN.
     """
-    spec = info(config.network)
+    kind, crop = input_kind(config.network, config.input), info(config.network).crop
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     cv2.setNumThreads(1)
     # With no core left for preparing batches, OpenMP's barriers wait for the thread it pushed out.
     torch.set_num_threads(config.threads or max((os.cpu_count() or 1) - 1, 1))
     torch.manual_seed(config.seed)
-    network = build(config.network).to(device).train()
+    network = (build(config.network, kind) if init is None else _begin(config.network, kind, init))
+    network = network.to(device).train()
     network.to(memory_format=torch.channels_last)  # pyright: ignore[reportCallIssue]
     average = copy.deepcopy(network).requires_grad_(False) if config.ema else None
     optimizer = torch.optim.AdamW(network.parameters(), lr=config.lr, weight_decay=config.weight_decay)
@@ -84,7 +89,7 @@ def train(config: TrainConfig, scenes: SceneSet, out: Path, report: Report | Non
 
     with closing(RunLog(out, start)) as log:
         began = time.perf_counter()
-        feed = batches(scenes.train, config, spec.kind, spec.crop, start)
+        feed = batches(scenes.train, config, kind, crop, start)
         for step, (inputs, targets) in enumerate(feed, start):
             rate = config.learning_rate(step)
             for group in optimizer.param_groups:
@@ -106,7 +111,7 @@ def train(config: TrainConfig, scenes: SceneSet, out: Path, report: Report | Non
                 log.write(done, **figures)
             accuracy = None
             if done % config.validate_every == 0 or done == config.steps:
-                accuracy = validate(final, scenes.val, spec.kind, spec.crop)
+                accuracy = validate(final, scenes.val, kind, crop)
                 log.write(done, hits=accuracy.hits, scenes=accuracy.scenes, correct=accuracy.correct,
                           labelled=accuracy.labelled)
             if done % config.checkpoint_every == 0 or done == config.steps:
@@ -114,13 +119,23 @@ def train(config: TrainConfig, scenes: SceneSet, out: Path, report: Report | Non
                                 scenes.fingerprint)
             if report is not None:
                 report(done, figures, accuracy)
-    return _finish(final, accuracy, scenes, spec)
+    return _finish(final, accuracy, scenes, kind, crop)
 
 
-def _finish(network: nn.Module, accuracy: Accuracy | None, scenes: SceneSet, spec: NetworkInfo) -> Trained:
+def _begin(name: str, kind: Kind, init: Path) -> nn.Module:
+    """Network with the weights of ``init``; AssetError when they are for another input."""
+    network, metadata = load(name, init)
+    stored = input_kind(name, stored_input(metadata))
+    if stored != kind:
+        raise AssetError(f"{init} holds weights for {stored} input, not {kind}; give --input {stored}.")
+    return network.requires_grad_(True)
+
+
+def _finish(network: nn.Module, accuracy: Accuracy | None, scenes: SceneSet, kind: Kind,
+            crop: int) -> Trained:
     network.eval()
     if accuracy is None:  # resumed after the last step
-        accuracy = validate(network, scenes.val, spec.kind, spec.crop)
+        accuracy = validate(network, scenes.val, kind, crop)
     return Trained(network, accuracy)
 
 

@@ -1,0 +1,1 @@
+"""How well predictors do on data sets, and the paper's tables measured again."""

@@ -82,8 +82,8 @@ def accuracy_table(dataset: str, results: Sequence[dict[str, Any]]) -> TextTable
         time = "" if row.milliseconds is None else f"{row.milliseconds:g}"
         for split, rate in (("image", row.image_wise), ("object", row.object_wise)):
             if rate is not None:
-                rows.append([f"{row.method} ({row.authors})", row.input, split if dataset == "cornell" else "",
-                             f"{rate:g}%", "", "", time, "paper"])
+                rows.append([f"{row.method} ({row.authors})", row.input,
+                             split if dataset == "cornell" else "", f"{rate:g}%", "", "", time, "paper"])
     paper = frozenset(range(len(rows)))
     rows += [_ours(r) for r in results]
     how = "; ".join(dict.fromkeys(f"{r['predictor']}: {conditions(r)}" for r in results))
@@ -95,7 +95,8 @@ def _ours(result: dict[str, Any]) -> list[str]:
     kind = {"rgbd": "RGB-D", "rgb": "RGB", "depth": "D"}.get(str(weights.get("input", "")).split(" ")[0], "")
     where = f"{result['images']} of {result['images_in_full']} {result['protocol']}"
     trained = _trained(result)
-    return [result["predictor"] + (", trained per fold" if trained else ", zero-shot" if weights else ""), kind,
+    how = ", trained per fold" if trained else ", zero-shot" if weights else ""
+    return [result["predictor"] + how, kind,
             result["split"] if trained else "", *rate_cells(result["correct"], result["images"]),
             f"{result['latency_ms']['cpu_median']:.0f}", where]
 
@@ -130,9 +131,9 @@ def summary(result: dict[str, Any]) -> list[str]:
     lines += [f"  {name}: {meaning}" for name, meaning in result["conventions"].items()]
     latency, machine = result["latency_ms"], result["machine"]
     lines += [f"Best grasps: {verdicts}.",
-              f"Latency, image to grasps, one thread of {machine['processor']}, float32: {latency['cpu_median']} ms "
-              f"of processor time; on the clock median {latency['median']}, 95th percentile {latency['p95']} ms "
-              f"at a load of {machine['load']:.1f}."]
+              f"Latency, image to grasps, one thread of {machine['processor']}, float32: "
+              f"{latency['cpu_median']} ms of processor time; on the clock median {latency['median']}, "
+              f"95th percentile {latency['p95']} ms at a load of {machine['load']:.1f}."]
     return lines
 
 

@@ -15,7 +15,8 @@ from grasp_bench.training.loop import Trained
 from grasp_bench.training.sources import Source
 
 
-def provenance(trained: Trained, config: TrainConfig, scenes: SceneSet, data: Sequence[Source]) -> dict[str, Any]:
+def provenance(trained: Trained, config: TrainConfig, scenes: SceneSet,
+               data: Sequence[Source]) -> dict[str, Any]:
     """JSON-able facts on a run."""
     accuracy = trained.accuracy
     return {

@@ -62,12 +62,11 @@ class Frame:
         first = np.floor(low).astype(int)
         last = np.ceil(low + self.extent).astype(int)
         h, w = array.shape[:2]
-        pad = [max(-first[1], 0), max(last[1] - h, 0), max(-first[0], 0), max(last[0] - w, 0)]
-        if any(pad):
-            border = cv2.BORDER_REPLICATE if fill else cv2.BORDER_CONSTANT
-            array = cv2.copyMakeBorder(array, *pad, border)
-        first += (pad[2], pad[0])
-        last += (pad[2], pad[0])
+        before, after = np.maximum(-first, 0), np.maximum(last - (w, h), 0)
+        if before.any() or after.any():
+            rims = [(before[1], after[1]), (before[0], after[0]), (0, 0)][:array.ndim]
+            array = np.pad(array, rims, mode="edge" if fill else "constant")
+        first, last = first + before, last + before
         part = array[first[1]:last[1], first[0]:last[0]]
         if array.ndim == 3:
             kind = cv2.INTER_AREA if self.scale < 1 else cv2.INTER_LINEAR

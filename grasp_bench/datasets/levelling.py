@@ -86,4 +86,4 @@ def _terms(u: Floats, v: Floats) -> Floats:
 
 def _solve(terms: Floats, y: Floats, weight: Floats) -> Floats:
     weighted = terms * weight[:, None]
-    return np.linalg.lstsq(weighted.T @ terms, weighted.T @ y, rcond=None)[0]
+    return np.asarray(np.linalg.lstsq(weighted.T @ terms, weighted.T @ y, rcond=None)[0], np.float64)

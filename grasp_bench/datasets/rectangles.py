@@ -124,16 +124,13 @@ def open_collection(root: Path, name: DatasetName | None = None, depth: str = "p
     if not root.is_dir():
         raise AssetError(f"{root} is not a folder; give the root of a Cornell or Jacquard copy.")
     makers = {"cornell": lambda: Cornell.open(root), "jacquard": lambda: Jacquard.open(root, depth)}
-    opened: Collection | None = None
     for key in (name,) if name else makers:
-        opened = makers[key]()
-        if opened.entries:
-            return opened
-        if opened.missing:
-            break
-    if opened is not None and opened.missing:
-        raise AssetError(f"No sample in {root} is complete: {', '.join(opened.missing[:5])} "
-                         f"{'is' if len(opened.missing) == 1 else 'are'} missing.")
+        found: Collection = makers[key]()
+        if found.entries:
+            return found
+        if found.missing:
+            raise AssetError(f"No sample in {root} is complete: {', '.join(found.missing[:5])} "
+                             f"{'is' if len(found.missing) == 1 else 'are'} missing.")
     wanted = {"cornell": "Cornell (pcdNNNNcpos.txt)", "jacquard": "Jacquard (…_grasps.txt)"}
     raise AssetError(f"{root} holds no {wanted[name] if name else ' and no '.join(wanted.values())} files; "
                      f"give the root of a copy in its original layout.")

@@ -53,7 +53,7 @@ class RealScenes(Sequence[Scene]):
     def __len__(self) -> int:
         return len(self._indices)
 
-    def __getitem__(self, index: int) -> Scene:  # pyright: ignore[reportIncompatibleMethodOverride]
+    def __getitem__(self, index: int) -> Scene:
         if not -len(self) <= index < len(self):
             raise IndexError(index)
         index %= len(self)

@@ -75,7 +75,7 @@ class Mixture(Sequence[Scene]):
     def __len__(self) -> int:
         return self.ends[-1] if self.ends else 0
 
-    def __getitem__(self, index: int) -> Scene:  # pyright: ignore[reportIncompatibleMethodOverride]
+    def __getitem__(self, index: int) -> Scene:
         if not -len(self) <= index < len(self):
             raise IndexError(index)
         index %= len(self)
@@ -95,7 +95,7 @@ class StoredScenes(Sequence[Scene]):
     def __len__(self) -> int:
         return len(self._files)
 
-    def __getitem__(self, index: int) -> Scene:  # pyright: ignore[reportIncompatibleMethodOverride]
+    def __getitem__(self, index: int) -> Scene:
         return load_scene(self._files[index], self._crop)
 
 

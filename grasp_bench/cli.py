@@ -215,7 +215,7 @@ _register()
 def main() -> None:
     """Entry point: one clear line for what is wrong, never a traceback for bad input."""
     try:
-        app()
+        app(prog_name="grasp-bench")
     except GraspBenchError as error:
         typer.echo(f"Error: {error}", err=True)
         sys.exit(2)

@@ -139,6 +139,14 @@ class Gripper(Section):
     settle_time: NonNegative = 0.25
 
 
+class Shake(Section):
+    """Shaking after the lift, along the three axes of the gripper; see :mod:`grasp_bench.motion.shake`."""
+
+    acceleration: Annotated[float, Field(ge=0, le=20)] = 0.0
+    frequency: Annotated[float, Field(ge=1, le=20)] = 4.0
+    cycles: Annotated[int, Field(ge=1, le=100)] = 2
+
+
 class Motion(Section):
     """Where and how fast the arm moves."""
 
@@ -155,6 +163,7 @@ class Motion(Section):
     collision_force: Positive = 40.0
     tcp_tolerance: Positive = 0.001
     tcp_tolerance_deg: Positive = 0.5
+    shake: Shake = Shake()
 
 
 class Success(Section):

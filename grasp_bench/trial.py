@@ -20,6 +20,7 @@ from grasp_bench.camera import CameraPose, RgbdImage
 from grasp_bench.errors import PredictorError
 from grasp_bench.grasps import Grasp, GraspPose
 from grasp_bench.motion.planner import Blocked, Plan, Planner, SeenScene, Unreachable
+from grasp_bench.motion.shake import AXES
 from grasp_bench.motion.trajectory import Trajectory
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.outcomes import HARNESS_FAULTS, Outcome
@@ -264,7 +265,7 @@ def first_feasible(planner: Planner, scene: SeenScene, grasps: list[Grasp],
 
 
 def execute(world: World, plan: Plan, measured: dict[str, Any]) -> tuple[Outcome, str]:
-    """Approach, close, lift, carry and hold in physics; fills ``measured`` and judges."""
+    """Approach, close, lift, shake, carry and hold in physics; fills ``measured`` and judges."""
     scenario = world.scenario
     gripper, motion = scenario.gripper, scenario.motion
     period = scenario.physics.timestep * scenario.physics.control_steps
@@ -299,6 +300,11 @@ def execute(world: World, plan: Plan, measured: dict[str, Any]) -> tuple[Outcome
     touch = world.touch()
     if not touch.held or measured["lift_height"] < scenario.success.minimum_lift:
         return Outcome.SLIPPED, f"lost while lifting, {1000 * measured['lift_height']:.0f} mm above its place"
+
+    for axis, burst in zip(AXES, plan.shake, strict=False):
+        world.follow(burst, squeeze)
+        if not world.touch().held:
+            return Outcome.DROPPED, f"lost while shaken {axis} with ±{motion.shake.acceleration:g} m/s²"
 
     world.follow(plan.carry, squeeze)
     world.follow(still(plan.carry.end, motion.hold_time, period), squeeze)

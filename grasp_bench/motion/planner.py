@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from grasp_bench.camera import CameraPose, RgbdImage
 from grasp_bench.grasps import Grasp, GraspPose
 from grasp_bench.motion.ik import InverseKinematics
+from grasp_bench.motion.shake import amplitude, shaken
 from grasp_bench.motion.trajectory import Trajectory, through
 from grasp_bench.objects.heightfield import FINGER, LEAST_INSERTION, TABLE_NOISE
 from grasp_bench.scenario import Motion, Scenario, Table
-from grasp_bench.scene.ec66 import FINGER_STROKE, HOME
+from grasp_bench.scene.ec66 import FINGER_STROKE, HOME, VELOCITY_LIMITS
 
 Floats = NDArray[np.float64]
 
@@ -53,6 +54,7 @@ class Plan:
         reach: from home to above the grasp.
         approach, lift: straight down and up.
         carry: to the place of the hold.
+        shake: bursts along the axes of the TCP, between lift and carry; empty where there are none.
     """
 
     grasp: Grasp
@@ -62,6 +64,7 @@ class Plan:
     approach: Trajectory
     lift: Trajectory
     carry: Trajectory
+    shake: tuple[Trajectory, ...] = ()
 
 
 class SeenScene:
@@ -236,13 +239,33 @@ class Planner:
             carry = chain(lifted, target, lift[-1]) if lift else None
             if not (up and lift and carry):
                 continue
+            shake = self.shake(GraspPose(lifted, candidate.rotation, 0.0), lift[-1], period)
+            if shake is None:
+                continue
             fraction = motion.speed_fraction
             reach = through([np.asarray(HOME), up[-1]], period, fraction)
             down = through([*up[::-1], q], period, fraction, above - pose.position[2], motion.approach_speed)
             return Plan(grasp, candidate, top, reach, down,
                         through([q, *lift], period, fraction, motion.lift_height, motion.lift_speed),
                         through([lift[-1], *carry], period, fraction,
-                                float(np.linalg.norm(target - lifted)), motion.carry_speed))
+                                float(np.linalg.norm(target - lifted)), motion.carry_speed), shake)
         x, y, z = pose.position
         raise Unreachable(f"no joint angles for the TCP at ({x:.3f}, {y:.3f}, {z:.3f}) m "
                           "and the motion from it")
+
+    def shake(self, pose: GraspPose, q: Floats, period: float) -> tuple[Trajectory, ...] | None:
+        """Bursts along the axes of the TCP at ``pose``, reached with joints ``q``; empty where the scenario
+        has none, None where the arm cannot do them."""
+        shake = self.scenario.motion.shake
+        if shake.acceleration == 0:
+            return ()
+        bursts = []
+        for axis in pose.rotation.T:
+            ends = [self.ik.follow([GraspPose(pose.position + side * amplitude(shake) * axis, pose.rotation,
+                                              0.0)], q) for side in (-1, 1)]
+            if ends[0] is None or ends[1] is None:
+                return None
+            bursts.append(shaken((ends[0][0], ends[1][0]), q, shake, period))
+            if (np.abs(bursts[-1].velocities) > VELOCITY_LIMITS).any():
+                return None
+        return tuple(bursts)

@@ -54,6 +54,7 @@ class World:
         self.data = mujoco.MjData(model)
         joints = [model.joint(ARM_PREFIX + n) for n in JOINT_NAMES]
         self._arm_q = np.array([j.qposadr[0] for j in joints])
+        self._arm_v = np.array([j.dofadr[0] for j in joints])
         self._arm_ctrl = np.array([model.actuator(ARM_PREFIX + n).id for n in JOINT_NAMES])
         self._jaw_ctrl = model.actuator(GRIPPER_PREFIX + "gripper").id
         fingers = [model.joint(f"{GRIPPER_PREFIX}{s}_finger_joint") for s in ("left", "right")]
@@ -151,6 +152,16 @@ class World:
         opening = float(self.data.qpos[self._finger_q].sum())
         return GraspPose(self.data.site_xpos[self._tcp].copy(),
                          self.data.site_xmat[self._tcp].reshape(3, 3).copy(), opening)
+
+    @property
+    def joint_torques(self) -> Floats:
+        """(6,) what the arm's motors give [N m]: the servos, and the compensation of the arm's weight."""
+        return self.data.qfrc_actuator[self._arm_v] + self.data.qfrc_gravcomp[self._arm_v]
+
+    @property
+    def joint_velocities(self) -> Floats:
+        """(6,) of the arm [rad/s]."""
+        return self.data.qvel[self._arm_v].copy()
 
     def touch(self) -> Touch:
         """What the object touches now, and how hard."""

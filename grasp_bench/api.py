@@ -41,7 +41,7 @@ class FinishedRun(Run):
 def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = None,
         predictor: str | type | Predictor = "htc-grasp", scenario: PathLike | Scenario = "table4", *,
         seed: int = 0, workers: int | None = None, out: PathLike | None = None, renderer: str = "auto",
-        progress: bool | OnTrial = True, shard: str = "1/1", executor: str = "process",
+        media: str = "none", progress: bool | OnTrial = True, shard: str = "1/1", executor: str = "process",
         ray_address: str | None = None, memory_limit: float | None = None) -> FinishedRun:
     """Try to pick up objects, record every trial, and return the run.
 
@@ -64,6 +64,8 @@ def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = No
             process gets a fresh folder of that name (``-2``, ``-3`` …) each time, because its code may
             have changed; give ``out`` to go on with a run of it.
         renderer: ``auto``, ``raycast`` (needs no graphics library), ``egl`` or ``osmesa``.
+        media: ``none``, or pictures of all trials and clips of the ``failures`` or of ``all``, stored in
+            the run's folder; records do not depend on it.
         progress: a bar on standard error, nothing, or a function called with each record and whether
             it was there before.
         shard: ``"i/N"``: only every N-th trial, from the i-th on; ``grasp-bench merge`` puts the N
@@ -80,6 +82,7 @@ def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = No
         with_gl(renderer)
     without_gl()
     from grasp_bench.executors import make_executor
+    from grasp_bench.media.store import check_mode
     from grasp_bench.runner import Settings, Shard, spread
     from grasp_bench.runner import run as run_trials
     from grasp_bench.scenario import Scenario, load_scenario
@@ -95,9 +98,10 @@ def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = No
     if here is not None and workers not in (None, 1):
         raise PredictorError(f"{name} exists in this process only and cannot be sent to {workers or 'all'} "
                              "workers; leave workers out, or put its class into a module and name that.")
-    settings = Settings(chosen, catalog.folder.resolve(), name, seed, resolve_renderer(renderer))
     part = Shard.parse(shard)
     folder = Path(out) if out is not None else default_folder(name, chosen.name, seed, here is not None, part)
+    settings = Settings(chosen, catalog.folder.resolve(), name, seed, resolve_renderer(renderer),
+                        check_mode(media), folder)
     jobs = spread(names, len(names) if trials is None else trials, part)
     if not len(jobs):
         raise GraspBenchError(f"Shard {part} of {jobs.total} trials is empty; use fewer shards.")

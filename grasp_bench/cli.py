@@ -67,6 +67,8 @@ def run(
     max_errors: Annotated[str, typer.Option(
         help="Exit with 1 when more trials than this end unstable, timeout or error: a number, or a share "
              "such as 2%.")] = "0",
+    media: Annotated[str, typer.Option(
+        help="Pictures of all trials, and clips of: none (no pictures either), failures or all.")] = "none",
     shard: Annotated[str, typer.Option(
         help="i/N: do only every N-th trial, from the i-th on; `grasp-bench merge` joins the N folders.",
     )] = "1/1",
@@ -93,7 +95,7 @@ def run(
     allowed = ErrorLimit.parse(max_errors)
     with terminate_as_interrupt(), Progress(len(spread(["any"], trials, Shard.parse(shard))), console) as bar:
         done = api.run(objects, trials, predictor, scenario, seed=seed, workers=workers, out=out,
-                       renderer=renderer, progress=bar.update, shard=shard, executor=executor,
+                       renderer=renderer, media=media, progress=bar.update, shard=shard, executor=executor,
                        ray_address=ray_address, memory_limit=memory_limit)
     folder, summary, figures = done.folder, done.summary, done.figures
     if summary.repaired:
@@ -109,6 +111,10 @@ def run(
     console.print(f"[bold]{predictor}[/bold] lifted {figures['successes']}/{figures['trials']} = "
                   f"{figures['rate']:.1%} (95 % interval {low:.1%} – {high:.1%}). "
                   f"Results in {folder}; see `grasp-bench report {folder}`.", soft_wrap=True)
+    if media != "none":
+        from grasp_bench.media.cost import describe_cost
+
+        console.print(describe_cost(folder), soft_wrap=True)
     if allowed.exceeded(done.faults, len(done)):
         typer.echo(f"{done.faults} trials ended unstable, in a timeout or an error (allowed: {allowed}); "
                    f"see `detail` in {folder / 'trials.jsonl'}.", err=True)
@@ -119,17 +125,29 @@ def run(
 def report(
     folder: Annotated[Path, typer.Argument(
         help="A run's folder, or one that holds several.")] = Path("results"),
-    fmt: Annotated[str, typer.Option("--format", help="table, markdown or json.")] = "table",
-    out: Annotated[Path | None, typer.Option(help="Write to this file instead of the terminal.")] = None,
+    fmt: Annotated[str, typer.Option("--format", help="table, markdown, json or html.")] = "table",
+    out: Annotated[Path | None, typer.Option(
+        help="Write to this file instead of the terminal; html: FOLDER/report.html by default.")] = None,
+    max_mb: Annotated[float, typer.Option(
+        min=3, help="html: leave out pictures that would make the file larger; failures come first.")] = 15,
+    objects: Annotated[Path | None, typer.Option(
+        help="html: folder of the objects' catalogue, if not the shipped one.")] = None,
 ) -> None:
     """Print Table 4 of the paper with the runs of FOLDER beside it, and how their trials ended."""
     from grasp_bench.errors import UnknownNameError
     from grasp_bench.report.table4 import build_report
     from grasp_bench.results import find_runs
 
-    formats = ("table", "markdown", "json")
+    formats = ("table", "markdown", "json", "html")
     if fmt not in formats:
         raise UnknownNameError("report format", fmt, formats)
+    if fmt == "html":
+        from grasp_bench.report.html.page import describe, write_html
+
+        written = write_html(find_runs(folder), out or folder / "report.html", folder, objects,
+                             round(1_000_000 * max_mb))
+        typer.echo(describe(written))
+        return
     content = build_report(find_runs(folder), folder)
     if fmt == "table" and out is None:
         from grasp_bench.report.text import show

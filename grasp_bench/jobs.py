@@ -11,6 +11,9 @@ from typing import overload
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.scenario import Scenario
 
+MEDIA_TIME = 60.0
+"""Seconds that a worker may take for a trial's pictures."""
+
 
 @dataclass(frozen=True)
 class Job:
@@ -23,13 +26,24 @@ class Job:
 
 @dataclass(frozen=True)
 class Settings:
-    """What a worker needs to know of the run."""
+    """What a worker needs to know of the run.
+
+    What is kept of trials beside their records, ``media`` (one of
+    :data:`grasp_bench.media.store.MODES`), goes to ``folder``; no record depends on it.
+    """
 
     scenario: Scenario
     objects: Path
     predictor: str
     seed: int
     renderer: str
+    media: str = "none"
+    folder: Path | None = None
+
+    @property
+    def time_limit(self) -> float:
+        """Seconds after which a worker is stopped: making pictures must not turn a trial into a timeout."""
+        return self.scenario.trial_timeout + (0.0 if self.media == "none" else MEDIA_TIME)
 
 
 @dataclass(frozen=True)

@@ -80,7 +80,7 @@ class WorkerPool:
     def submit(self, job: Job) -> None:
         """Begin a trial as soon as a worker is free."""
         try:
-            future = self._pool.schedule(self._do, (job,), timeout=self._settings.scenario.trial_timeout)
+            future = self._pool.schedule(self._do, (job,), timeout=self._settings.time_limit)
         except RuntimeError as error:  # the pool broke since it was last looked at
             future = Future()
             future.set_exception(BrokenProcessPool(str(error)))
@@ -92,7 +92,7 @@ class WorkerPool:
         Raises:
             GraspBenchError: when workers cannot start.
         """
-        limit = self._settings.scenario.trial_timeout + STALL
+        limit = self._settings.time_limit + STALL
         ended, _ = wait(self._waiting, timeout=limit, return_when=FIRST_COMPLETED)
         if not ended:
             return self._start_anew(f"no answer from any worker within {limit:g} s")

@@ -70,17 +70,24 @@ def do(job: Job) -> Answer:
 
 def attempt(job: Job, settings: Settings, catalog: Catalog, cell: Workcell, predictor: Predictor) -> Answer:
     """One trial, whose record is an error where anything raises."""
+    from grasp_bench.media.store import recorder_for
     from grasp_bench.trial import TrialRecord, run_trial
 
     category = catalog.entries[job.object]["category"]
     try:
         model = catalog.load(job.object)
-        done = run_trial(cell, model, predictor, trial=job.trial, attempt=job.attempt, seed=settings.seed)
+        recorder = recorder_for(settings)
+        done = run_trial(cell, model, predictor, trial=job.trial, attempt=job.attempt, seed=settings.seed,
+                         observer=recorder)
         record, seconds = done.record, done.clock.seconds
     except Exception as error:  # whatever goes wrong belongs to this trial alone
         detail = f"{type(error).__name__}: {error}"
         record = TrialRecord(job.trial, job.object, category, settings.seed, Outcome.ERROR, detail)
         seconds = {}
+    else:
+        if recorder is not None:
+            with done.clock.phase("media"):
+                recorder.keep(done, predictor)
     return Answer(job, record.to_json(), {"trial": job.trial} | {k: round(v, 6) for k, v in seconds.items()})
 
 

@@ -29,6 +29,7 @@ class NetworkPredictor:
 
     Attributes:
         crop_origin: (x, y) of the crop's corner in the last image [px], negative if padded.
+        last_maps: of the last image asked about, at ``crop_origin``, not smoothed.
         metadata: what is stored with the weights.
         kind, crop: the network's input and its side [px].
     """
@@ -41,6 +42,7 @@ class NetworkPredictor:
 
         self.name, self.peaks = name, peaks
         self.crop_origin = (0, 0)
+        self.last_maps: GraspMaps | None = None
         self.crop = info(name).crop
         self._device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         network, self.metadata = load(name, weights)
@@ -50,7 +52,8 @@ class NetworkPredictor:
 
     def predict(self, image: RgbdImage) -> list[Grasp]:
         """Grasps in pixels of the whole image, best first; empty if the network sees none."""
-        maps = self.maps(image).smoothed()
+        self.last_maps = raw = self.maps(image)
+        maps = raw.smoothed()
         ox, oy = self.crop_origin
         height, width = image.depth.shape
         inside = np.zeros_like(maps.quality)

@@ -36,7 +36,8 @@ PAPER = (
 )
 
 
-def _rate(successes: int, trials: int) -> dict[str, Any]:
+def rate_of(successes: int, trials: int) -> dict[str, Any]:
+    """A rate as all rows have it: ``successes``, ``trials``, ``rate`` and ``wilson95``."""
     low, high = wilson(successes, trials)
     return {"successes": successes, "trials": trials, "rate": successes / trials, "wilson95": [low, high]}
 
@@ -59,7 +60,7 @@ def summarise(folder: Path, root: Path | None = None) -> dict[str, Any] | None:
         "run": folder.name if root in (None, folder) else folder.relative_to(root).as_posix(),
         "predictor": run["predictor"], "scenario": run["scenario"]["name"],
         "seed": run["seed"], "renderer": run["renderer"], "weights": run.get("weights"),
-        "planned_trials": run["trials"], **_rate(int(trials["success"].sum()), len(trials)),
+        "planned_trials": run["trials"], **rate_of(int(trials["success"].sum()), len(trials)),
         "outcomes": dict(sorted(Counter(trials["outcome"]).items(), key=lambda o: (-o[1], o[0]))),
         "by_category": by_category, "by_object": by_object, "timings": seconds,
     }
@@ -69,7 +70,7 @@ def build_report(folders: list[Path], root: Path | None = None) -> dict[str, Any
     """All runs below ``root`` with their figures, and Table 4 with a row for each."""
     runs = [s for s in (summarise(f, root) for f in folders) if s is not None]
     table: list[dict[str, Any]] = [
-        {"authors": row.authors, "system": row.system, **_rate(row.successes, row.trials),
+        {"authors": row.authors, "system": row.system, **rate_of(row.successes, row.trials),
          "printed_rate": row.printed_rate, "source": "paper", "run": None}
         for row in PAPER]
     table += [{"authors": "grasp-bench", "system": r["predictor"],

@@ -105,10 +105,7 @@ class SceneCamera:
     def _region(self, model: mujoco.MjModel, data: mujoco.MjData, body: int) -> tuple[slice, slice]:
         """Rows and columns that hold all the body's shown geoms."""
         shown = np.nonzero((model.geom_bodyid == body) & (SHOWN_GROUPS[model.geom_group] > 0))[0]
-        signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, 8).T
-        boxes = model.geom_aabb[shown, None, :3] + signs * model.geom_aabb[shown, None, 3:]
-        corners = np.einsum("gij,gkj->gki", data.geom_xmat[shown].reshape(-1, 3, 3), boxes)
-        points = self.pose.to_camera((corners + data.geom_xpos[shown, None]).reshape(-1, 3))
+        points = self.pose.to_camera(box_corners(model, data, shown).reshape(-1, 3))
         height, width = self.directions.shape[:2]
         if (points[:, 2] < 0.01).any():  # reaches behind the camera
             return slice(0, height), slice(0, width)
@@ -116,6 +113,14 @@ class SceneCamera:
         left, top = np.floor(pixels.min(0)).astype(int) - 2
         right, bottom = np.ceil(pixels.max(0)).astype(int) + 2
         return slice(*np.clip([top, bottom], 0, height)), slice(*np.clip([left, right], 0, width))
+
+
+def box_corners(model: mujoco.MjModel, data: mujoco.MjData, geoms: NDArray[np.intp]) -> NDArray[np.float64]:
+    """(G, 8, 3) corners of the geoms' bounding boxes in the world [m]."""
+    signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, 8).T
+    boxes = model.geom_aabb[geoms, None, :3] + signs * model.geom_aabb[geoms, None, 3:]
+    corners = np.einsum("gij,gkj->gki", data.geom_xmat[geoms].reshape(-1, 3, 3), boxes)
+    return corners + data.geom_xpos[geoms, None]
 
 
 def raycast(model: mujoco.MjModel, data: mujoco.MjData, origin: NDArray[np.float64],

@@ -1,0 +1,28 @@
+"""What a run's pictures and clips cost in time and on disk."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from grasp_bench.media.store import FOLDER, faults
+from grasp_bench.results import iter_timings
+
+
+def describe_cost(run: Path) -> str:
+    """A sentence or two: seconds a trial and their share, files and megabytes, and what could not be made."""
+    timings = [t for t in iter_timings(run) if "media" in t]
+    spent = sum(t["media"] for t in timings)
+    total = sum(value for t in timings for key, value in t.items() if key != "trial")
+    files = sorted((run / FOLDER).glob("*.webp"))
+    clips = sum(f.stem.endswith("-clip") for f in files)
+    size = sum(f.stat().st_size for f in files) / 1e6
+    text = (f"Media: pictures of {len(files) - clips} trials and {clips} clips, {size:.1f} MB in "
+            f"{run / FOLDER}")
+    if timings:
+        text += (f"; {spent / len(timings):.2f} s a trial, {spent / total:.0%} of its time "
+                 f"(mean of {len(timings)} trials).")
+    failed = faults(run)
+    if failed:
+        number, why = next(iter(failed.items()))
+        text += f" Those of {len(failed)} trials could not be made; trial {number}: {why}"
+    return text

@@ -1,0 +1,88 @@
+"""Runs against each other on the trials that they have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+from grasp_bench.runs import Run
+from grasp_bench.stats import mcnemar
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two runs on the same trials.
+
+    Attributes:
+        first, second: their positions in the list of runs.
+        both, first_only, second_only, neither: trials in which they succeeded.
+        p_value: of McNemar's exact two-sided test.
+        adjusted: the same after Holm's correction for the number of pairs compared.
+        discordant: numbers of the trials in which exactly one succeeded.
+    """
+
+    first: int
+    second: int
+    both: int
+    first_only: int
+    second_only: int
+    neither: int
+    p_value: float
+    adjusted: float
+    discordant: tuple[int, ...]
+
+    @property
+    def trials(self) -> int:
+        """Number of trials in common."""
+        return self.both + self.first_only + self.second_only + self.neither
+
+
+def same_conditions(first: Run, second: Run) -> bool:
+    """Whether equal trial numbers mean the same scene: scenario, seed and renderer agree."""
+    def conditions(run: Run) -> list[Any]:
+        scenario = {k: v for k, v in run.info["scenario"].items() if k != "description"}
+        return [scenario, run.info["seed"], run.info.get("renderer")]
+
+    return conditions(first) == conditions(second)
+
+
+def compare_all(runs: Sequence[Run]) -> list[Pair]:
+    """All pairs of runs that share trials: same number, object and object files under the same conditions.
+
+    Runs that are not finished are compared on what they have so far.
+    """
+    results = [_results(r) for r in runs]
+    pairs = []
+    for i, j in combinations(range(len(runs)), 2):
+        if not same_conditions(runs[i], runs[j]):
+            continue
+        common = sorted(results[i].keys() & results[j].keys())
+        if not common:
+            continue
+        ends = [(results[i][key], results[j][key]) for key in common]
+        only, other = ends.count((True, False)), ends.count((False, True))
+        pairs.append(Pair(i, j, ends.count((True, True)), only, other, ends.count((False, False)),
+                          mcnemar(only, other), 1.0,
+                          tuple(key[0] for key, (a, b) in zip(common, ends, strict=True) if a != b)))
+    adjusted = holm([p.p_value for p in pairs])
+    return [Pair(**{**vars(p), "adjusted": a}) for p, a in zip(pairs, adjusted, strict=True)]
+
+
+def _results(run: Run) -> dict[tuple[int, str, str], bool]:
+    """Success by trial number, object and the object's files."""
+    files = run.info.get("objects") or {}
+    return {(int(t), str(o), str(sorted((files.get(o) or {}).items()))): bool(s)
+            for t, o, s in run.trials[["trial", "object", "success"]].itertuples(index=False)}
+
+
+def holm(p_values: Sequence[float]) -> list[float]:
+    """p-values adjusted by Holm's step-down method (Holm 1979) for as many tests as there are."""
+    order = sorted(range(len(p_values)), key=lambda i: p_values[i])
+    adjusted = [1.0] * len(p_values)
+    largest = 0.0
+    for rank, i in enumerate(order):
+        largest = max(largest, min(1.0, (len(p_values) - rank) * p_values[i]))
+        adjusted[i] = largest
+    return adjusted

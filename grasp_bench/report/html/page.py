@@ -1,0 +1,142 @@
+"""Puts the page together: figures and rows in, one self-contained HTML file out."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import hashlib
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from grasp_bench import __version__
+from grasp_bench.errors import GraspBenchError
+from grasp_bench.objects.catalog import Catalog
+from grasp_bench.report import breakdown
+from grasp_bench.report.compare import compare_all
+from grasp_bench.report.html import figures
+from grasp_bench.report.html.trials import Embedded, embed, rows_of
+from grasp_bench.report.table4 import build_report
+from grasp_bench.runs import Run
+
+PACKAGE = "grasp_bench.report.html"
+MEGABYTE = 1_000_000
+SIZE_LIMIT = 15 * MEGABYTE
+"""Size of the file that pictures are left out for [bytes]."""
+
+
+PER_TRIAL = 128
+"""Bytes around a trial's pictures in the page."""
+
+
+@dataclass(frozen=True)
+class Written:
+    """What :func:`write_html` did.
+
+    Attributes:
+        path: of the file.
+        size: in bytes.
+        trials: in the page.
+        pictures: sheets and clips in the page.
+        left_out: sheets and clips that would have made it too large.
+    """
+
+    path: Path
+    size: int
+    trials: int
+    pictures: int
+    left_out: int
+
+
+def write_html(folders: list[Path], out: Path, root: Path | None = None, objects: Path | None = None,
+               limit: int = SIZE_LIMIT) -> Written:
+    """Write the report of all runs as one file without outside references.
+
+    Args:
+        folders: of the runs; those without a trial are left out.
+        out: file to write.
+        root: runs are named by their paths below it.
+        objects: folder of the objects' catalogue; the shipped ones by default.
+        limit: size of the file in bytes that pictures must not exceed; failures come first.
+
+    Raises:
+        GraspBenchError: when no run holds a trial, or the file cannot be written.
+    """
+    runs = [run for run in map(Run, folders) if len(run)]
+    if not runs:
+        raise GraspBenchError("None of the runs holds a trial yet; finish one, then report it.")
+    text, embedded, count = render(runs, root, Catalog(objects), limit)
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        out.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise GraspBenchError(f"{out} cannot be written ({error.strerror}).") from error
+    return Written(out, len(text.encode()), count, embedded.found - embedded.left_out, embedded.left_out)
+
+
+def render(runs: list[Run], root: Path | None, catalog: Catalog, limit: int) -> tuple[str, Embedded, int]:
+    """The page, the pictures in it, and the number of its trials."""
+    summary = build_report([r.folder for r in runs], root)
+    names = [r["run"] for r in summary["runs"]]
+    facts = [breakdown.object_facts(run, catalog) for run in runs]
+    rows = [row for i, run in enumerate(runs) for row in rows_of(i, run, facts[i])]
+    kinds = breakdown.breakdowns(runs, facts)
+    quality = [breakdown.calibration(run) for run in runs]
+    times = [breakdown.latency(run) for run in runs]
+    charts = {"outcomes": figures.outcomes(summary["runs"]),
+              **{f"by-{k['key']}": figures.success_by(k, names) for k in kinds},
+              "calibration": figures.calibration(quality, names), "seconds": figures.seconds(times, names)}
+    script, plotly = Markup(_asset("report.js")), _plotly()
+    data = {"runs": [{"name": n, "predictor": r.predictor, "scenario": r.info["scenario"].get("name")}
+                     for n, r in zip(names, runs, strict=True)],
+            "outcomes": figures.OUTCOMES, "trials": rows}
+    context = {
+        "summary": summary, "runs": summary["runs"], "names": names, "pairs": compare_all(runs),
+        "kinds": kinds, "categories": breakdown.by_category(runs), "quality": quality, "times": times,
+        "charts": charts, "data": data, "count": len(rows), "version": __version__,
+        "style": Markup(_asset("report.css")), "script": script, "plotly": _packed(plotly),
+        "policy": f"default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; "
+                  f"script-src {_hash(script)} {_hash(plotly)}"}
+    template = _environment().get_template("report.html.j2")
+    bare = template.render(context, embedded=Embedded({}, 0, 0))
+    embedded = embed(runs, rows, limit - len(bare.encode()) - PER_TRIAL * len(rows))
+    return template.render(context, embedded=embedded), embedded, len(rows)
+
+
+def _environment() -> Environment:
+    environment = Environment(loader=PackageLoader(PACKAGE), autoescape=True, undefined=StrictUndefined,
+                              trim_blocks=True, lstrip_blocks=True)
+    environment.filters["percent"] = lambda x: f"{100 * x:.1f} %"
+    environment.filters["p"] = lambda p: "< 0.0001" if p < 1e-4 else f"{p:.2g}"
+    return environment
+
+
+def _asset(name: str) -> str:
+    return files(PACKAGE).joinpath("static", name).read_text(encoding="utf-8")
+
+
+def _plotly() -> str:
+    """The script of the installed Plotly."""
+    from plotly.offline import get_plotlyjs
+
+    return get_plotlyjs()
+
+
+def _packed(text: str) -> str:
+    """Text as base64 of gzip, always the same: a quarter of Plotly's size, and parsed when needed only."""
+    return base64.b64encode(gzip.compress(text.encode(), 9, mtime=0)).decode()
+
+
+def _hash(script: str) -> str:
+    """A script's source expression in a content security policy."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
+
+
+def describe(written: Written) -> str:
+    """One line for the terminal."""
+    left = (f"; {written.left_out} more did not fit (--max-mb raises the limit)" if written.left_out else "")
+    return (f"{written.path}: {written.trials} trials, {written.pictures} pictures and clips{left}, "
+            f"{written.size / MEGABYTE:.1f} MB.")

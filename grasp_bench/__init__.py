@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from grasp_bench.grasps import GraspPose as GraspPose
     from grasp_bench.objects.catalog import Catalog as Catalog
     from grasp_bench.objects.catalog import ObjectModel as ObjectModel
-    from grasp_bench.predictors import Predictor as Predictor
     from grasp_bench.predictors import load_predictor as load_predictor
+    from grasp_bench.predictors.protocol import Predictor as Predictor
     from grasp_bench.runs import Comparison as Comparison
     from grasp_bench.runs import Run as Run
     from grasp_bench.scenario import Scenario as Scenario
@@ -37,8 +37,9 @@ if TYPE_CHECKING:
 _HOME = {
     "CameraPose": "camera", "Catalog": "objects.catalog", "Comparison": "runs", "Grasp": "grasps",
     "GraspBenchError": "errors", "GraspMaps": "grasps", "GraspPose": "grasps", "Intrinsics": "camera",
-    "ObjectModel": "objects.catalog", "Outcome": "trial", "Predictor": "predictors", "RgbdImage": "camera",
-    "Run": "runs", "Scenario": "scenario", "Trial": "trial", "TrialRecord": "trial", "Workcell": "trial",
+    "ObjectModel": "objects.catalog", "Outcome": "trial", "Predictor": "predictors.protocol",
+    "RgbdImage": "camera", "Run": "runs", "Scenario": "scenario", "Trial": "trial", "TrialRecord": "trial",
+    "Workcell": "trial",
     "load": "api", "load_object": "api", "load_predictor": "predictors", "load_scenario": "scenario",
     "run": "api", "run_trial": "trial",
 }

@@ -51,7 +51,8 @@ def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = No
         objects: ``"all"``, names or categories (comma-separated or as a list), or a folder with a
             ``manifest.json``; by default those that the scenario names, or all.
         trials: spread evenly over the objects; every object once by default.
-        predictor: a name from ``grasp-bench predictors``, ``"my_module:MyPredictor"``, a class, or an
+        predictor: a name from ``grasp-bench predictors``, ``"my_module:MyPredictor"``, a server's
+            address, ``"cmd: COMMAND --port {port}"``, a class, or an
             instance. Names, and classes that another process can import, run on worker processes. An
             instance, and a class defined in a script or notebook, is used in this process, one trial
             after the other: no time limit guards it, and a crash in it is yours. What an instance was
@@ -179,7 +180,8 @@ def default_folder(predictor: str, scenario: str, seed: int, fresh: bool = False
                    shard: Shard | None = None) -> Path:
     """``results/PREDICTOR-SCENARIO-seedN``, with ``-shardIofN`` for one; with ``fresh``, the first
     such name that holds no run."""
-    label = re.sub(r"[<>]", "", predictor.removeprefix("__main__:")).replace(":", "-").replace("/", "-")
+    plain = re.sub(r"[<>]", "", predictor.removeprefix("__main__:"))
+    label = re.sub(r"[^\w.-]+", "-", plain).strip("-.")[:80]
     part = f"-shard{shard.index}of{shard.count}" if shard is not None and shard.count > 1 else ""
     folder = Path("results") / f"{label}-{scenario}-seed{seed}{part}"
     candidate, number = folder, 1

@@ -56,7 +56,8 @@ def run(
     trials: Annotated[int, typer.Option(
         min=1, help="How many trials, spread evenly over the objects; of clutter, how many episodes.")] = 180,
     predictor: Annotated[str, typer.Option(
-        help="A name from `grasp-bench predictors`, or my_module:MyPredictor.")] = "htc-grasp",
+        help="A name from `grasp-bench predictors`, my_module:MyPredictor, http://127.0.0.1:PORT, or "
+             "'cmd: python my_server.py --port {port}'.")] = "htc-grasp",
     scenario: Annotated[str, typer.Option(help="A shipped scenario, or the path of a YAML file.")] = "table4",
     seed: Annotated[int, typer.Option(min=0, help="Seed of all that is random.")] = 0,
     workers: Annotated[int, typer.Option(min=0, help="Processes; 0 takes one for each core.")] = 0,
@@ -179,29 +180,6 @@ def report(
             raise GraspBenchError(f"{out} cannot be written ({error.strerror}).") from error
 
 
-@app.command()
-def predictors(
-    as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
-) -> None:
-    """List the shipped predictors and controls."""
-    from grasp_bench.predictors import BUILT_IN
-
-    if as_json:
-        typer.echo(json.dumps([{"name": n, "kind": e.kind, "summary": e.summary}
-                               for n, e in BUILT_IN.items()]))
-        return
-    from rich.table import Table
-
-    table = Table(header_style="bold")
-    for name in ("Name", "Kind", "What it does"):
-        table.add_column(name)
-    for name, entry in BUILT_IN.items():
-        table.add_row(name, entry.kind, entry.summary)
-    console = _console()
-    console.print(table)
-    console.print("Your own: --predictor my_module:MyPredictor, with predict(image) -> list\\[Grasp].")
-
-
 def _register() -> None:
     from grasp_bench.datasets.cli import show_command, synth_command
     from grasp_bench.doctor.cli import doctor_command
@@ -209,6 +187,7 @@ def _register() -> None:
     from grasp_bench.gate.cli import check_command
     from grasp_bench.leaderboard.cli import leaderboard_app
     from grasp_bench.objects.cli import objects_app
+    from grasp_bench.predictors.cli import predictors_app, serve_command
     from grasp_bench.scenarios_cli import scenarios_app
     from grasp_bench.shards.cli import merge_command
     from grasp_bench.training.cli import train_command
@@ -216,6 +195,8 @@ def _register() -> None:
     app.add_typer(objects_app, name="objects")
     app.add_typer(scenarios_app, name="scenarios")
     app.add_typer(leaderboard_app, name="leaderboard")
+    app.add_typer(predictors_app, name="predictors")
+    app.command("serve")(serve_command)
     data = typer.Typer(no_args_is_help=True, help="Make training data, and look at it.")
     data.command("synth")(synth_command)
     data.command("show")(show_command)

@@ -6,7 +6,8 @@ import json
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-IDENTITY = ("predictor", "scenario", "seed", "trials", "objects", "weights", "versions", "renderer")
+IDENTITY = ("predictor", "implementation", "scenario", "seed", "trials", "objects", "weights", "versions",
+            "renderer")
 """Keys of ``run.json`` that must agree for results to belong together."""
 RESUMING = (*IDENTITY, "shard")
 """Keys that must agree before a run may be resumed."""
@@ -14,7 +15,8 @@ ORIGIN = ("python", "platform", "cpu", "git")
 """Keys that say where a run was made; they may differ, but explain why numbers do."""
 
 _NAMES = {"objects": "the objects or their files", "weights": "the weights",
-          "versions": "the software versions", "trials": "the number of trials"}
+          "versions": "the software versions", "trials": "the number of trials",
+          "implementation": "the predictor's files, package or what it says of itself"}
 _SHOWN = 4
 
 

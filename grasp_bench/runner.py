@@ -18,7 +18,8 @@ from grasp_bench.jobs import WHOLE, Job, Jobs, Settings, Shard, spread
 from grasp_bench.machine import cpu_name
 from grasp_bench.objects.catalog import Catalog, sha256
 from grasp_bench.paths import assets_dir
-from grasp_bench.predictors import BUILT_IN, load_predictor
+from grasp_bench.predictors import BUILT_IN
+from grasp_bench.predictors.identity import identify
 from grasp_bench.results import FORMAT, RunFolder
 
 if TYPE_CHECKING:
@@ -48,8 +49,9 @@ class RunSummary:
     repaired: bool
 
 
-def describe(settings: Settings, jobs: Jobs, catalog: Catalog) -> dict[str, Any]:
-    """The content of ``run.json``."""
+def describe(settings: Settings, jobs: Jobs, catalog: Catalog,
+             implementation: dict[str, Any] | None = None) -> dict[str, Any]:
+    """The content of ``run.json``; ``implementation`` is what :func:`identify` says of the predictor."""
     entry = BUILT_IN.get(settings.predictor)
     weights = None
     if entry is not None and entry.weights is not None:
@@ -60,6 +62,7 @@ def describe(settings: Settings, jobs: Jobs, catalog: Catalog) -> dict[str, Any]
         "format": FORMAT,
         "command": ["grasp-bench", *sys.argv[1:]],
         "predictor": settings.predictor,
+        "implementation": implementation,
         "scenario": settings.scenario.model_dump(mode="json"),
         "seed": settings.seed,
         "trials": jobs.total,
@@ -108,8 +111,7 @@ def run(settings: Settings, jobs: Jobs, out: Path, workers: int,
         model = catalog.load(name)  # every mesh is checked before the first trial
         if not model.graspable_poses:
             raise GraspBenchError(f"{name} has no resting pose in which a grasp fits the gripper")
-    if predictor is None:
-        load_predictor(settings.predictor)
+    implementation = identify(settings.predictor, predictor)
 
     def found(record: dict[str, Any]) -> None:
         trial = record["trial"]
@@ -119,7 +121,7 @@ def run(settings: Settings, jobs: Jobs, out: Path, workers: int,
         progress(record, True)
 
     with RunFolder(out) as folder:
-        done = folder.start(describe(settings, jobs, catalog), found)
+        done = folder.start(describe(settings, jobs, catalog, implementation), found)
         todo = len(jobs) - len(done)
         if todo:
             chosen = executor or (make_executor("process", min(workers, todo)) if predictor is None

@@ -221,8 +221,8 @@ def _why(before: dict[str, Any], after: dict[str, Any], exact: bool) -> str:
 def _notes(old_run: dict[str, Any], new_run: dict[str, Any], small: bool,
            faults: tuple[int, int]) -> list[str]:
     notes = []
-    if found := differences(old_run, new_run, ("predictor", "weights", "versions", "renderer", *ORIGIN),
-                            ("in the baseline", "in the new run")):
+    made_of = ("predictor", "implementation", "weights", "versions", "renderer", *ORIGIN)
+    if found := differences(old_run, new_run, made_of, ("in the baseline", "in the new run")):
         notes.append(f"Not the same in both: {listed(found).rsplit(' differ', 1)[0]}.")
     if faults[1] > faults[0]:
         notes.append(f"{faults[1]} trials of the new run ended in faults of the harness, {faults[0]} of the "

@@ -1,17 +1,33 @@
-"""Grasp predictors by name: networks, controls, and anyone's own by Python path."""
+"""Grasp predictors by name: networks, controls, and anyone's own.
+
+There are four ways in besides the shipped names: an entry point of an installed package (group
+``grasp_bench.predictors``), ``module:Class``, the address of a server (``http://127.0.0.1:8000``),
+and a command that starts one (``cmd: python my_server.py --port {port}``).
+"""
 
 from __future__ import annotations
 
 import importlib
 import sys
 from dataclasses import dataclass
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from grasp_bench.errors import PredictorError, UnknownNameError
-from grasp_bench.predictors.protocol import Predictor
 
-__all__ = ["BUILT_IN", "Entry", "Predictor", "load_predictor"]
+if TYPE_CHECKING:
+    from grasp_bench.predictors.protocol import Predictor
+
+__all__ = ["BUILT_IN", "GROUP", "Entry", "installed", "load_predictor"]
+
+GROUP = "grasp_bench.predictors"
+"""Group of entry points in which packages offer predictors."""
+COMMAND = "cmd:"
+"""What a predictor's name begins with where the harness is to start its server."""
+ADDRESSES = ("http://", "https://")
+EXAMPLES = ("my_module:MyPredictor", "http://127.0.0.1:PORT", "cmd: COMMAND --port {port}")
+"""How the other ways in are spelt, for messages."""
 
 
 @dataclass(frozen=True)
@@ -48,25 +64,65 @@ BUILT_IN: dict[str, Entry] = {
 }
 
 
-def load_predictor(name: str) -> Predictor:
-    """A shipped predictor by name, or anyone's by ``module:Class`` (or ``module:function``).
+def installed() -> dict[str, list[EntryPoint]]:
+    """Predictors that installed packages offer, by name; nothing is imported."""
+    found: dict[str, list[EntryPoint]] = {}
+    for point in entry_points(group=GROUP):
+        found.setdefault(point.name, []).append(point)
+    return dict(sorted(found.items()))
 
-    The module is looked for on Python's path and in the current folder. A class is called
-    without arguments; what results must have ``predict(image) -> list[Grasp]``.
+
+def load_predictor(name: str) -> Predictor:
+    """A shipped predictor by name, or anyone's by one of the other ways in.
+
+    ``module:Class`` is looked for on Python's path and in the current folder. A class or a
+    function is called without arguments; what results must have
+    ``predict(image) -> list[Grasp]``. A name that a shipped predictor has means that one,
+    whatever packages are installed. A predictor with a method ``close`` shall be closed.
 
     Raises:
         UnknownNameError: for an unknown name.
-        PredictorError: for a path that cannot be imported or does not make a predictor.
+        PredictorError: for one that cannot be imported or started, or that makes no predictor.
     """
     if name in BUILT_IN:
         entry = BUILT_IN[name]
         return _resolve(entry.path)(*entry.arguments)
-    if ":" not in name:
-        raise UnknownNameError("predictor", name, [*BUILT_IN, "my_module:MyPredictor"])
-    made = _resolve(name)
+    if name.startswith(ADDRESSES):
+        from grasp_bench.predictors.remote import RemotePredictor
+
+        return RemotePredictor(name)
+    if name.startswith(COMMAND):
+        from grasp_bench.predictors.command import CommandPredictor
+
+        return CommandPredictor(name.removeprefix(COMMAND))
+    return _make(_resolve(python_path(name)), name)
+
+
+def python_path(name: str) -> str:
+    """``module:Class`` of a predictor's name, which is that already or an entry point's.
+
+    Raises:
+        UnknownNameError: for a name that no installed package offers.
+        PredictorError: for a name that several offer.
+    """
+    if name in BUILT_IN:
+        return BUILT_IN[name].path
+    if ":" in name:
+        return name
+    offers = installed()
+    if name not in offers:
+        raise UnknownNameError("predictor", name, [*BUILT_IN, *offers, *EXAMPLES])
+    values = sorted({point.value for point in offers[name]})
+    if len(values) > 1:
+        raise PredictorError(f"Several installed packages offer a predictor {name!r}: "
+                             f"{' and '.join(values)}. Name the one you mean by its module:Class.")
+    return values[0]
+
+
+def _make(maker: Any, name: str) -> Predictor:
     try:
-        predictor = made() if isinstance(made, type) or not hasattr(made, "predict") else made
-    except Exception as error:
+        predictor = maker() if isinstance(maker, type) or not hasattr(maker, "predict") else maker
+    except (Exception, SystemExit) as error:
         raise PredictorError(f"{name} could not be made: {type(error).__name__}: {error}") from error
     if not callable(getattr(predictor, "predict", None)):
         raise PredictorError(f"{name} has no method predict(image: RgbdImage) -> list[Grasp]")
@@ -80,7 +136,7 @@ def _resolve(path: str) -> Any:
         sys.path.append(folder)
     try:
         module = importlib.import_module(module_name)
-    except Exception as error:  # whatever a foreign module raises while it is imported
+    except (Exception, SystemExit) as error:  # whatever a foreign module raises while it is imported
         raise PredictorError(f"The module {module_name!r} of predictor {path!r} cannot be imported: "
                              f"{type(error).__name__}: {error}") from error
     if not hasattr(module, attribute):

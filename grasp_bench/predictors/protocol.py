@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -17,14 +17,23 @@ from grasp_bench.objects.catalog import ObjectModel
 
 Floats = NDArray[np.float64]
 
+MOST_GRASPS = 1000
+"""More than that in an answer are refused: each costs the planner time."""
+
 
 @runtime_checkable
 class Predictor(Protocol):
     """Proposes grasps for what a camera sees.
 
-    A predictor may also have ``begin(rng: numpy.random.Generator)``, called before every
-    trial with the trial's own random stream: one that draws numbers must use it, or its
-    runs cannot be repeated.
+    A predictor may also have
+
+    - ``begin(rng: numpy.random.Generator)``, called before every trial with the trial's own random
+      stream: one that draws numbers must use it, or its runs cannot be repeated;
+    - ``info() -> dict``, JSON-able facts that identify it beyond its source, such as the hash of its
+      weights: they are written to ``run.json``, and a run resumes only while they stay the same;
+    - ``close()``, called when it is not needed any more.
+
+    The image is the predictor's own: what it writes into it, nobody else sees.
     """
 
     def predict(self, image: RgbdImage) -> list[Grasp]:
@@ -65,24 +74,39 @@ class PrivilegedPredictor(ABC):
 
 def answer(predictor: Predictor, image: RgbdImage, truth: GroundTruth,
            rng: np.random.Generator) -> list[Grasp]:
-    """Ask a predictor, and check what it says.
+    """Ask a predictor, or a control that may see the truth, and check what it says.
 
     Raises:
         PredictorError: for an exception in the predictor, or an answer that is no list of
             grasps inside the image.
     """
+    return _ask(predictor, image, rng, truth)
+
+
+def ask(predictor: Predictor, image: RgbdImage, rng: np.random.Generator) -> list[Grasp]:
+    """Ask a predictor that sees the image alone, and check what it says.
+
+    Raises:
+        PredictorError: as :func:`answer`, and for a control that needs the truth.
+    """
+    return _ask(predictor, image, rng, None)
+
+
+def _ask(predictor: Predictor, image: RgbdImage, rng: np.random.Generator,
+         truth: GroundTruth | None) -> list[Grasp]:
     begin = getattr(predictor, "begin", None)
+    own = replace(image, rgb=image.rgb.copy(), depth=image.depth.copy())  # the planner needs the original
     try:
         if begin is not None:
             begin(rng)
-        if isinstance(predictor, PrivilegedPredictor):
-            grasps = predictor.predict_from_truth(image, truth)
+        if truth is not None and isinstance(predictor, PrivilegedPredictor):
+            grasps = predictor.predict_from_truth(own, truth)
         else:
-            grasps = predictor.predict(image)
+            grasps = predictor.predict(own)
     except PredictorError:
         raise
-    except Exception as error:  # anything a foreign predictor may throw
-        raise PredictorError(f"the predictor raised {type(error).__name__}: {error}") from error
+    except (Exception, SystemExit) as error:  # anything a foreign predictor may throw
+        raise PredictorError(f"the predictor raised {type(error).__name__}: {str(error)[:1000]}") from error
     return checked(grasps, image.intrinsics)
 
 
@@ -92,16 +116,22 @@ def checked(grasps: Any, intrinsics: Intrinsics) -> list[Grasp]:
     Raises:
         PredictorError: naming the first grasp that is unusable, and why.
     """
-    if grasps is None or not isinstance(grasps, (list, tuple)):
+    if not isinstance(grasps, (list, tuple)):
         raise PredictorError(f"predict() must return a list of Grasp, got {type(grasps).__name__}")
+    if len(grasps) > MOST_GRASPS:
+        raise PredictorError(f"{len(grasps)} grasps are too many; return the best {MOST_GRASPS} or fewer")
     sound = []
     for i, grasp in enumerate(grasps):
         if not isinstance(grasp, Grasp):
             raise PredictorError(f"grasp {i} is a {type(grasp).__name__}, not a grasp_bench.Grasp")
+        fields = (grasp.x, grasp.y, grasp.angle, grasp.width, grasp.quality)
         try:
-            values = [float(v) for v in (grasp.x, grasp.y, grasp.angle, grasp.width, grasp.quality)]
-        except (TypeError, ValueError) as error:
-            raise PredictorError(f"grasp {i} holds something that is not a number: {grasp}") from error
+            if any(isinstance(v, (str, bytes)) for v in fields):
+                raise TypeError("text")
+            values = [float(v) for v in fields]
+        except Exception as error:  # arrays and tensors of several values raise what they like
+            raise PredictorError(f"grasp {i} holds something that is not a number: "
+                                 f"{str(grasp)[:200]}") from error
         x, y, angle, width, quality = values
         if not all(map(math.isfinite, values)):
             raise PredictorError(f"grasp {i} holds NaN or infinity: {grasp}")

@@ -1,0 +1,111 @@
+"""What identifies a predictor of another's making, so that a run is not resumed with a changed one."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+import shlex
+import sys
+from importlib.metadata import packages_distributions, version
+from pathlib import Path
+from typing import Any
+
+from grasp_bench.errors import PredictorError
+from grasp_bench.paths import assets_dir
+from grasp_bench.predictors import ADDRESSES, BUILT_IN, COMMAND, load_predictor, python_path
+
+
+def identify(name: str, predictor: object = None) -> dict[str, Any] | None:
+    """Facts that change when the predictor changes; None for a shipped one, which its version identifies.
+
+    Args:
+        name: of the predictor.
+        predictor: itself where it is made already; otherwise it is loaded, and closed again.
+
+    Returns:
+        ``files``: SHA-256 of each source file, by name (see :func:`sources`), or of those a command names;
+        ``distribution``: name and version of the package it was installed with;
+        ``info``: what it says of itself, or its server at ``GET /info``.
+
+    Raises:
+        PredictorError: as :func:`grasp_bench.predictors.load_predictor` does, or when ``info`` fails.
+    """
+    if predictor is not None:
+        return describe(name, predictor)
+    predictor = load_predictor(name)
+    try:
+        if name in BUILT_IN:
+            return None
+        return describe(name, predictor)
+    finally:
+        close = getattr(predictor, "close", None)
+        if callable(close):
+            close()
+
+
+def describe(name: str, predictor: object) -> dict[str, Any]:
+    """The facts of a predictor that is loaded."""
+    facts: dict[str, Any] = {}
+    if name in BUILT_IN:
+        weights = BUILT_IN[name].weights
+        facts["software"] = f"grasp-bench {version('grasp-bench')}"
+        if weights is not None:
+            facts["files"] = {weights: _digest(assets_dir() / "weights" / weights)}
+    elif name.startswith(COMMAND):
+        program, *words = shlex.split(name.removeprefix(COMMAND))
+        if not Path(program).is_absolute():  # an interpreter may differ between the machines of one run
+            words.insert(0, program)
+        facts["files"] = {word: _digest(Path(word)) for word in words if Path(word).is_file()}
+    elif not name.startswith(ADDRESSES):
+        module = python_path(name).partition(":")[0]
+        facts["files"] = sources(module) | sources(type(predictor).__module__)
+        distribution = _distributions().get(module.partition(".")[0])
+        if distribution:
+            facts["distribution"] = f"{distribution[0]} {version(distribution[0])}"
+    info = getattr(predictor, "info", None)
+    if callable(info):
+        facts["info"] = _plain(name, info)
+    return facts
+
+
+def sources(module_name: str) -> dict[str, str]:
+    """SHA-256 by relative path of a module's file and of the modules of its folder that it has imported.
+
+    A module of an installed package does not count its neighbours: its distribution's version does.
+    """
+    module = sys.modules.get(module_name)
+    file = getattr(module, "__file__", None)
+    if file is None or module_name.partition(".")[0] in ("grasp_bench", "__main__"):
+        return {}
+    # A package's modules are its neighbours wherever among them the class is.
+    folder = Path(file).resolve().parents[module_name.count(".") + (Path(file).name == "__init__.py")]
+    found = {Path(file).resolve()}
+    for name, other in list(sys.modules.items()):
+        path = getattr(other, "__file__", None)
+        if path is None or name.partition(".")[0] == "grasp_bench" or not str(path).endswith(".py"):
+            continue
+        path = Path(path).resolve()
+        if path.is_relative_to(folder) and "site-packages" not in path.parts and name != "__main__":
+            found.add(path)
+    return {path.relative_to(folder).as_posix(): _digest(path) for path in sorted(found)}
+
+
+def _plain(name: str, info: Any) -> Any:
+    try:
+        return json.loads(json.dumps(info(), allow_nan=False))
+    except PredictorError:
+        raise
+    except Exception as error:  # a foreign method, or something that is not JSON
+        raise PredictorError(f"info() of {name} failed or is not JSON: "
+                             f"{type(error).__name__}: {error}") from error
+
+
+@functools.cache
+def _distributions() -> dict[str, list[str]]:
+    return {module: sorted(set(names)) for module, names in packages_distributions().items()}
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -4,7 +4,7 @@ Any Python, framework or GPU may be here; docs/predictors.md describes what is s
 start it,
 
     cd examples
-    grasp-bench run --objects mug --trials 5 --predictor 'cmd: python 05_server.py --port {port}'
+    grasp-bench run --objects mug --trials 5 --predictor 'cmd: python 06_server.py --port {port}'
 
 or start it yourself and give --predictor http://127.0.0.1:8000.
 """

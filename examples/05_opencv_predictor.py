@@ -1,8 +1,8 @@
 """A classical predictor with OpenCV: the smallest rectangle around a thing, grasped across.
 
 Check and run it with:  cd examples
-                        grasp-bench predictors check 04_opencv_predictor:Rectangle
-                        grasp-bench run --objects mug --trials 5 --predictor 04_opencv_predictor:Rectangle
+                        grasp-bench predictors check 05_opencv_predictor:Rectangle
+                        grasp-bench run --objects mug --trials 5 --predictor 05_opencv_predictor:Rectangle
 """
 
 import math

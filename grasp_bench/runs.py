@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grasp_bench.errors import ResultsError
+from grasp_bench.outcomes import HARNESS_FAULTS
 from grasp_bench.results import iter_timings, load_run, load_trials
 
 if TYPE_CHECKING:
@@ -105,7 +106,7 @@ class Run:
     @property
     def faults(self) -> int:
         """Trials that ended unstable, in a timeout or an error: the harness's fault or a crash."""
-        return sum(self.outcomes.get(o, 0) for o in ("unstable", "timeout", "error"))
+        return sum(self.outcomes.get(o, 0) for o in HARNESS_FAULTS)
 
     @property
     def figures(self) -> dict[str, Any]:
@@ -123,6 +124,23 @@ class Run:
         from grasp_bench.report.text import as_markdown
 
         return as_markdown(build_report([self.folder], self.folder))
+
+    def write_report(self, out: str | os.PathLike[str] | None = None,
+                     objects: str | os.PathLike[str] | None = None) -> Path:
+        """One HTML file with figures and all trials, that opens in any browser without a network.
+
+        Args:
+            out: the file; ``report.html`` in the run's folder by default.
+            objects: folder of the objects, if they are not the shipped ones.
+
+        Returns:
+            The file written.
+        """
+        from grasp_bench.report.html.page import write_html
+
+        target = self.folder / "report.html" if out is None else Path(out)
+        write_html([self.folder], target, self.folder, None if objects is None else Path(objects))
+        return target
 
     def compare(self, other: Run) -> Comparison:
         """This run against ``other``, trial by trial; see :class:`Comparison`."""

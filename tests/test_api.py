@@ -83,6 +83,13 @@ def test_a_run_is_loaded_by_its_folder(oracle: gb.Run) -> None:
         gb.load(oracle.folder.parent)
 
 
+def test_a_run_writes_its_page(oracle: gb.Run, toy_catalog: Path, tmp_path: Path) -> None:
+    page = oracle.write_report(tmp_path / "page.html", toy_catalog)
+    text = page.read_text(encoding="utf-8")
+    assert text.lstrip().lower().startswith("<!doctype html>")
+    assert "controls:Oracle" in text
+
+
 def test_nested_columns_exist_even_when_no_trial_came_that_far(
         toy_catalog: Path, scenario: gb.Scenario, tmp_path: Path) -> None:
     run = gb.run(toy_catalog, 1, Nothing(), scenario, out=tmp_path / "out", progress=False)

@@ -14,6 +14,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from grasp_bench.errors import ResultsError, ScenarioError
+from grasp_bench.outcomes import HARNESS_FAULTS, Outcome
 from grasp_bench.predictors import BUILT_IN
 from grasp_bench.results import TRIALS, load_run, read_lines
 from grasp_bench.scenario import load_scenario, parse_scenario
@@ -22,7 +23,6 @@ from grasp_bench.stats import wilson
 ABOUT = "about.yaml"
 SCENARIO = "table4"
 SEED = 0
-HARNESS_FAULTS = ("unstable", "timeout", "error")
 
 
 class About(BaseModel):
@@ -189,8 +189,6 @@ def _trials_fault(run: dict[str, Any], records: list[dict[str, Any]]) -> str:
 
 
 def _record_fault(records: list[dict[str, Any]]) -> str:
-    from grasp_bench.trial import Outcome
-
     lift = load_scenario(SCENARIO).success.minimum_lift
     for r in records:
         if r.get("outcome") not in set(Outcome) or r.get("success") != (r.get("outcome") == Outcome.SUCCESS):

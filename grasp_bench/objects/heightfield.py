@@ -157,6 +157,27 @@ def _score(h: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], yaw: fl
             "yaw": np.full(len(rows), yaw, np.float32)}
 
 
+def ground_of_fingers(field: HeightField, centre: NDArray[np.floating], axis: NDArray[np.floating],
+                      opening: float, half: float) -> float:
+    """Greatest height [m] under two open fingers.
+
+    Args:
+        field: what stands on the table.
+        centre: x, y between the fingers [m].
+        axis: x, y of the unit jaw direction.
+        opening: between the pads [m].
+        half: half width of the corridor of each finger, across the jaw direction [m].
+    """
+    a, b = np.meshgrid(opening / 2 + np.arange(-CELL / 2, FINGER, CELL / 4),
+                       np.arange(-half, half + CELL / 8, CELL / 4))
+    a, b = np.concatenate([a, -a]), np.concatenate([b, b])
+    columns = np.rint((centre[0] + a * axis[0] - b * axis[1] - field.origin[0]) / CELL).astype(np.intp)
+    rows = np.rint((centre[1] + a * axis[1] + b * axis[0] - field.origin[1]) / CELL).astype(np.intp)
+    size = len(field.heights)
+    inside = (rows >= 0) & (rows < size) & (columns >= 0) & (columns < size)
+    return float(field.heights[rows[inside], columns[inside]].max(initial=0.0))
+
+
 def balance(offset: NDArray[np.floating]) -> NDArray[np.floating]:
     """The factor of quality for a grasp's distance (…, 2) [m] from the centre of mass."""
     return 0.25 + 0.75 * np.exp(-(offset**2).sum(-1) / 0.07**2)

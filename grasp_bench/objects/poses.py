@@ -28,7 +28,7 @@ from grasp_bench.scene.rendering import SHOWN_GROUPS
 
 Floats = NDArray[np.float64]
 
-REST_VERSION = 2
+REST_VERSION = 3
 """Raise when resting poses or reference grasps would come out otherwise, so that all are built again."""
 MAX_POSES = 5
 LEAST_PROBABILITY = 0.04
@@ -40,6 +40,9 @@ KEPT = 6
 """Reference grasps after which no more are tried."""
 SOLID_GROUPS = np.array([1, 1, 1, 1, 0, 0], dtype=np.uint8)
 """Geom groups that are shown or collide."""
+FINGER_HALF = 0.012
+"""Half width of the corridor in which a finger comes down [m]: half a pad of 20 mm, and what the planner
+wants at its sides besides."""
 STARS = 1e3
 """Height from which rays are cast so far down that they are parallel [m]."""
 
@@ -102,7 +105,10 @@ def rest(gripper: FloatingGripper, rotation: Floats, model: SceneObject) -> tupl
 
 
 def reference_grasps(gripper: FloatingGripper, position: Floats, rotation: Floats) -> list[dict[str, Any]]:
-    """Grasps of the resting object that held in physics, best first, in the object's frame."""
+    """Grasps of the resting object that held in physics, best first, in the object's frame.
+
+    Those down to which the fingers come with room at their sides, and all where none has it.
+    """
     # With the hulls: where they stand out of the true shape, a finger would meet them on its way down.
     field = measure_heights(gripper.model, gripper.data, (position[0], position[1]),
                             (position[0], position[1]), groups=SOLID_GROUPS)
@@ -122,7 +128,17 @@ def reference_grasps(gripper: FloatingGripper, position: Floats, rotation: Float
                          "top": round(float(found.top[row, column]), 4), "score": round(score, 4)})
             if len(kept) == KEPT:
                 break
-    return sorted(kept, key=lambda g: -g["score"])
+    kept.sort(key=lambda g: -g["score"])
+    return [g for g in kept if has_room(g, field, position, rotation)] or kept
+
+
+def has_room(grasp: dict[str, Any], field: HeightField, position: Floats, rotation: Floats) -> bool:
+    """Whether the open fingers come down to a reference grasp without meeting anything of ``field``
+    within :data:`FINGER_HALF` of their middle."""
+    tip = rotation @ np.asarray(grasp["tip"]) + position
+    axis = rotation @ np.asarray(grasp["axis"])
+    under = heightfield.ground_of_fingers(field, tip[:2], axis[:2], grasp["width"], FINGER_HALF)
+    return under <= max(float(tip[2]), heightfield.TABLE_NOISE)
 
 
 def build_rest(folder: Path) -> bool:

@@ -19,7 +19,7 @@ import trimesh
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
-from grasp_bench.objects.catalog import FILES, MANIFEST, sha256
+from grasp_bench.objects.catalog import FILES, MANIFEST, VisualPart, sha256
 from grasp_bench.objects.decompose import BOUNDS, compare, decompose
 from grasp_bench.objects.materials import MATERIALS
 from grasp_bench.objects.model import REGISTRY, ObjectSpec, Part
@@ -86,13 +86,12 @@ def build_shape(spec: ObjectSpec, folder: Path) -> bool:
         raise ValueError(f"{spec.name}: the convex pieces stray too far from the shape: {error}")
     centre, inertia = mass_properties(parts, spec.mass)
     target.mkdir(parents=True, exist_ok=True)
-    _write_visual(parts, centre, target / "visual.glb")
-    _write_scene([Mesh(h.vertices - centre, h.faces, process=False) for h in hulls], "hull",
-                 target / "collision.glb")
+    write_visual(_visual_parts(parts, centre), target / "visual.glb")
+    write_hulls([Mesh(h.vertices - centre, h.faces, process=False) for h in hulls], target / "collision.glb")
     details = {
         "name": spec.name, "category": spec.category, "family": spec.family, "mass": spec.mass,
         "material": spec.material, "friction": MATERIALS[spec.material].friction, "source": spec.source,
-        "inertia": _rounded(inertia, 12), "extents": _rounded(solid.extents, 5),
+        "inertia": rounded(inertia, 12), "extents": rounded(solid.extents, 5),
         "volume": round(float(solid.volume), 9), "faces": faces, "hulls": len(hulls),
         "decomposition": {k: round(v, 5) for k, v in asdict(error).items()}, "fingerprint": mark,
     }
@@ -100,20 +99,32 @@ def build_shape(spec: ObjectSpec, folder: Path) -> bool:
     return True
 
 
-def _rounded(values: Any, digits: int) -> Any:
+def rounded(values: Any, digits: int) -> Any:
+    """Nested lists of rounded numbers, for JSON."""
     return np.round(np.asarray(values, float), digits).tolist()
 
 
-def _write_visual(parts: list[Part], centre: np.ndarray, path: Path) -> None:
+def _visual_parts(parts: list[Part], centre: np.ndarray) -> list[VisualPart]:
+    return [VisualPart(np.asarray(p.mesh.vertices) - centre, np.asarray(p.mesh.faces, np.int32),
+                       tuple(int(p.color[i:i + 2], 16) / 255 for i in (1, 3, 5)),  # type: ignore[arg-type]
+                       MATERIALS[p.material].roughness, p.material) for p in parts]
+
+
+def write_visual(parts: list[VisualPart], path: Path) -> None:
+    """Write coloured parts, about the centre of mass [m], as ``visual.glb``."""
     meshes = []
     for part in parts:
-        mesh = Mesh(part.mesh.vertices - centre, part.mesh.faces, process=False)
-        rgba = [int(part.color[i:i + 2], 16) for i in (1, 3, 5)] + [255]
+        mesh = Mesh(part.vertices, part.faces, process=False)
+        rgba = [*(round(255 * c) for c in part.rgb), 255]
         mesh.visual = TextureVisuals(material=PBRMaterial(
-            name=part.material, baseColorFactor=rgba, metallicFactor=0.0,
-            roughnessFactor=MATERIALS[part.material].roughness))
+            name=part.material, baseColorFactor=rgba, metallicFactor=0.0, roughnessFactor=part.roughness))
         meshes.append(mesh)
     _write_scene(meshes, "part", path)
+
+
+def write_hulls(hulls: list[Mesh], path: Path) -> None:
+    """Write convex pieces, about the centre of mass [m], as ``collision.glb``."""
+    _write_scene(hulls, "hull", path)
 
 
 def _write_scene(meshes: list[Mesh], stem: str, path: Path) -> None:

@@ -31,12 +31,14 @@ FILES = ("visual.glb", "collision.glb", "object.json")
 
 @dataclass(frozen=True)
 class VisualPart:
-    """One coloured closed mesh: vertices (V, 3) [m], faces (F, 3), rgb in [0, 1], roughness in [0, 1]."""
+    """One coloured mesh, closed but in imported objects: vertices (V, 3) [m], faces (F, 3), rgb in
+    [0, 1], roughness in [0, 1], and the material's name."""
 
     vertices: Floats
     faces: NDArray[np.int32]
     rgb: tuple[float, float, float]
     roughness: float
+    material: str = "unknown"
 
 
 @dataclass(frozen=True)
@@ -221,12 +223,17 @@ class Catalog:
                              f"`grasp-bench objects build --only {name}`.")
         entry = self.entries[name]
         details = json.loads((self.folder / name / "object.json").read_text())
-        poses = tuple(
-            RestingPose(np.array(p["quaternion"]), p["height"], p["probability"],
-                        tuple(ReferenceGrasp(np.array(g["tip"]), np.array(g["axis"]), g["width"], g["top"],
-                                            g["score"])
-                              for g in p["grasps"]))
-            for p in details["poses"])
-        return ObjectModel(name, entry["category"], self.folder / name, details["mass"],
-                           np.array(details["inertia"]), details["friction"], poses,
-                           combined_digest(entry["files"]))
+        return load_details(self.folder / name, details | {"category": entry["category"]},
+                            combined_digest(entry["files"]))
+
+
+def load_details(folder: Path, details: dict[str, Any], digest: str = "") -> ObjectModel:
+    """The object of a ``object.json``'s content, whose files lie in ``folder``."""
+    poses = tuple(
+        RestingPose(np.array(p["quaternion"]), p["height"], p["probability"],
+                    tuple(ReferenceGrasp(np.array(g["tip"]), np.array(g["axis"]), g["width"], g["top"],
+                                         g["score"])
+                          for g in p["grasps"]))
+        for p in details["poses"])
+    return ObjectModel(details["name"], details["category"], folder, details["mass"],
+                       np.array(details["inertia"]), details["friction"], poses, digest)

@@ -1,4 +1,4 @@
-"""``grasp-bench objects``: list, show, verify, picture and build the objects."""
+"""``grasp-bench objects``: list, show, verify, picture, build and import objects."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from typing import Annotated, Any
 import typer
 
 from grasp_bench.graphics import with_gl, without_gl
+from grasp_bench.objects.importing.cli import import_command
 
-objects_app = typer.Typer(no_args_is_help=True, help="List, show, verify, picture and build the objects.")
+objects_app = typer.Typer(no_args_is_help=True, help="List, show, verify, picture, build and import objects.")
+objects_app.command("import")(import_command)
 
 Folder = Annotated[Path | None, typer.Option(
     "--folder", help="A folder of objects; the shipped 180 by default.")]

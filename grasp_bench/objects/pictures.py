@@ -1,12 +1,14 @@
-"""Pictures of objects: single, and contact sheets. Needs OpenGL (EGL or OSMesa)."""
+"""Pictures of objects: single, and contact sheets. Need OpenGL (EGL or OSMesa) unless traced."""
 
 from __future__ import annotations
 
+from colorsys import hsv_to_rgb
 from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 from PIL import Image, ImageDraw
+from scipy.spatial import ConvexHull
 
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.graphics import with_gl
@@ -82,6 +84,41 @@ def object_picture(model: ObjectModel, size: int = 2 * TILE) -> Image.Image:
     for i, side in enumerate(sides):
         picture.paste(side, (i * size, 0))
     return picture
+
+
+def traced_picture(model: ObjectModel, size: int = TILE) -> Image.Image:
+    """The object from its two standard views, and its convex pieces, each in a colour of its own.
+
+    Drawn by MuJoCo's ray caster: needs no OpenGL.
+    """
+    from grasp_bench.objects.catalog import VisualPart
+
+    hulls = [VisualPart(h, ConvexHull(h).simplices, hsv_to_rgb((0.381966 * i) % 1, 0.55, 0.95), 0.5)
+             for i, h in enumerate(model.hulls)]
+    sides = [traced_parts(model.visual, view, size) for view in VIEWS]
+    sides += [traced_parts(hulls, VIEWS[0], size)]
+    picture = Image.new("RGB", (len(sides) * size, size))
+    for i, side in enumerate(sides):
+        picture.paste(side, (i * size, 0))
+    return picture
+
+
+def traced_parts(parts: list[VisualPart], view: tuple[float, float], size: int = TILE) -> Image.Image:
+    """Picture (size × size) of coloured parts from (elevation, azimuth) in degrees, without OpenGL."""
+    from grasp_bench.camera import CameraPose, Intrinsics
+    from grasp_bench.scene.rendering import raycast
+
+    model, centre = _scene(parts, np.eye(3))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    elevation, azimuth = np.radians(view)
+    forward = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth),
+                        np.sin(elevation)])
+    position = centre - 1.35 * forward
+    pose = CameraPose.look_at(tuple(position), tuple(centre), (0.0, 0.0, 1.0))
+    rays = Intrinsics.from_fov(2 * size, 2 * size, np.radians(45)).rays()
+    picture = raycast(model, data, position, rays @ pose.rotation.T).rgb
+    return Image.fromarray(picture).resize((size, size), Image.Resampling.LANCZOS)
 
 
 def contact_sheet(models: list[ObjectModel], columns: int = 12, names: bool = True,

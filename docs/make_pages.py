@@ -70,16 +70,21 @@ def example_page() -> str:
     """The numbered examples, each with its docstring as introduction."""
     lines = ["# Examples", "", "Numbered from the smallest on; the tests run every one of them. They lie in "
              "`examples/`.", ""]
-    for path in sorted((ROOT / "examples").glob("[0-9]*.py")):
-        source = path.read_text(encoding="utf-8")
-        doc = ast.get_docstring(ast.parse(source)) or path.stem
-        title, _, rest = doc.partition("\n")
+    for path in sorted((ROOT / "examples").glob("[0-9]*")):
         number, _, name = path.stem.partition("_")
-        lines += [f"## {number} · {name.replace('_', ' ').capitalize()}", "", title, ""]
-        if rest.strip():
-            lines += ["```text", rest.strip("\n"), "```", ""]
-        body = source[source.index('"""', 3) + 3:].strip("\n")
-        lines += [f'```python title="{path.name}"', body, "```", ""]
+        lines += [f"## {number} · {name.replace('_', ' ').capitalize()}", ""]
+        files = [path] if path.is_file() else sorted(path.glob("*.py")) + sorted(path.glob("*.toml"))
+        for file in files:
+            body = file.read_text(encoding="utf-8")
+            if file.suffix == ".py":
+                title, _, rest = (ast.get_docstring(ast.parse(body)) or path.stem).partition("\n")
+                lines += [title, ""]
+                if rest.strip():
+                    lines += ["```text", rest.strip("\n"), "```", ""]
+                body = body[body.index('"""', 3) + 3:]
+            language = "python" if file.suffix == ".py" else "toml"
+            name = file.relative_to(ROOT / "examples")
+            lines += [f'```{language} title="{name}"', body.strip("\n"), "```", ""]
     return "\n".join(lines)
 
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from grasp_bench import completion
 from grasp_bench.errors import GraspBenchError
 
 if TYPE_CHECKING:
@@ -51,14 +52,18 @@ def _console(quiet: bool = False) -> Console:
 @app.command()
 def run(
     objects: Annotated[str | None, typer.Option(
+        autocompletion=completion.objects,
         help="all, object names, categories (comma-separated), or a folder with a manifest.json; by default "
              "the scenario's objects, which are all unless it names some.")] = None,
     trials: Annotated[int, typer.Option(
         min=1, help="How many trials, spread evenly over the objects; of clutter, how many episodes.")] = 180,
     predictor: Annotated[str, typer.Option(
+        autocompletion=completion.predictors,
         help="A name from `grasp-bench predictors`, my_module:MyPredictor, http://127.0.0.1:PORT, or "
              "'cmd: python my_server.py --port {port}'.")] = "htc-grasp",
-    scenario: Annotated[str, typer.Option(help="A shipped scenario, or the path of a YAML file.")] = "table4",
+    scenario: Annotated[str, typer.Option(
+        autocompletion=completion.scenarios,
+        help="A shipped scenario, or the path of a YAML file.")] = "table4",
     seed: Annotated[int, typer.Option(min=0, help="Seed of all that is random.")] = 0,
     workers: Annotated[int, typer.Option(min=0, help="Processes; 0 takes one for each core.")] = 0,
     out: Annotated[Path | None, typer.Option(

@@ -116,6 +116,38 @@ def test_predictors_are_listed_for_people_and_machines(cli) -> None:
     assert "list[Grasp]" in table
 
 
+@pytest.mark.usefixtures("shipped")
+def test_the_shell_completes_names() -> None:
+    from grasp_bench import completion
+
+    assert completion.predictors("o") == ["oracle"]
+    assert completion.scenarios("tab") == ["table4"]
+    assert completion.objects("b") == ["bar", "block", "box"]
+    assert completion.objects("pot,bl") == ["pot,block"]
+    assert completion.objects("zzz") == []
+
+
+def test_completion_reaches_the_shell(tmp_path: Path) -> None:
+    code = "from grasp_bench.cli import main; main()"
+    done = subprocess.run([sys.executable, "-c", code], text=True, capture_output=True, timeout=60,
+                          env=os.environ | {"_GRASP_BENCH_COMPLETE": "complete_bash", "COMP_CWORD": "3",
+                                            "COMP_WORDS": "grasp-bench run --predictor ora"})
+    assert done.stdout.split() == ["oracle"], done.stderr
+
+
+@pytest.mark.parametrize("asked", [False, True])
+def test_no_color_is_respected(cli, monkeypatch: pytest.MonkeyPatch, asked: bool) -> None:
+    reference = Path(__file__).parents[1] / "results" / "reference" / "random"
+    if not reference.is_dir():
+        pytest.skip("results/reference is not part of this copy")
+    monkeypatch.setenv("FORCE_COLOR", "1")  # as on a terminal
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.setenv("TERM", "xterm-256color")
+    if asked:
+        monkeypatch.setenv("NO_COLOR", "1")
+    assert ("\x1b[33m" in cli("report", reference).out) is not asked
+
+
 # ---------------------------------------------------------------- refusals: exit 2, one clear line
 
 def refused(ended: Ended, *words: str) -> None:

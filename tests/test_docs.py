@@ -99,8 +99,10 @@ def test_every_public_name_is_on_the_api_page(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_examples_are_numbered_from_one_and_say_what_they_do() -> None:
-    names = sorted(p.name for p in (ROOT / "examples").glob("*.py"))
-    numbered = [n for n in names if re.match(r"\d\d_", n)]
-    assert [int(n[:2]) for n in numbered] == list(range(1, len(numbered) + 1))
-    for name in numbered:
-        assert (ROOT / "examples" / name).read_text(encoding="utf-8").startswith('"""')
+    numbered = sorted((ROOT / "examples").glob("[0-9][0-9]_*"))
+    assert [int(p.name[:2]) for p in numbered] == list(range(1, len(numbered) + 1))
+    for path in numbered:
+        sources = [path] if path.is_file() else list(path.glob("*.py"))
+        assert sources
+        for source in sources:
+            assert source.read_text(encoding="utf-8").startswith('"""')

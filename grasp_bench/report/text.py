@@ -63,7 +63,8 @@ def as_terminal(report: dict[str, Any]) -> Group:
 
 def as_markdown(report: dict[str, Any]) -> str:
     """The report as GitHub-flavoured markdown."""
-    lines = ["## Table 4, re-measured", "", _row(HEAD), _row("---" for _ in HEAD)]
+    rule = _row("---:" if 2 <= i <= 5 else "---" for i in range(len(HEAD)))
+    lines = ["## Table 4, re-measured", "", _row(HEAD), rule]
     lines += [_row(_cells(row)) for row in report["table4"]]
     lines += ["", report["note"], ""]
     for run in report["runs"]:

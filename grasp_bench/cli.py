@@ -186,9 +186,9 @@ def report(
 
 
 def _register() -> None:
-    from grasp_bench.datasets.cli import show_command, synth_command
+    from grasp_bench.datasets.cli import export_command, info_command, show_command, synth_command
     from grasp_bench.doctor.cli import doctor_command
-    from grasp_bench.evaluation.cli import evaluate_command
+    from grasp_bench.evaluation.cli import bench_table_command, evaluate_command
     from grasp_bench.gate.cli import check_command
     from grasp_bench.leaderboard.cli import leaderboard_app
     from grasp_bench.objects.cli import objects_app
@@ -205,9 +205,12 @@ def _register() -> None:
     data = typer.Typer(no_args_is_help=True, help="Make training data, and look at it.")
     data.command("synth")(synth_command)
     data.command("show")(show_command)
+    data.command("export")(export_command)
+    data.command("info")(info_command)
     app.add_typer(data, name="data")
     app.command("train")(train_command)
     app.command("evaluate")(evaluate_command)
+    app.command("bench-table")(bench_table_command)
     app.command("doctor")(doctor_command)
     app.command("merge")(merge_command)
     app.command("check")(check_command)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from statistics import NormalDist
 from typing import NamedTuple
 
@@ -124,6 +125,16 @@ def non_inferiority(pairs: Pairs, margin: float) -> float:
     return float(1 - NormalDist().cdf(tango_score(pairs, -margin)))
 
 
+def holm(p_values: Sequence[float]) -> list[float]:
+    """p-values adjusted for their number, in the order given (S. Holm, “A simple sequentially
+    rejective multiple test procedure”, Scandinavian Journal of Statistics 6 (1979) 65–70)."""
+    adjusted, largest = [0.0] * len(p_values), 0.0
+    for rank, i in enumerate(sorted(range(len(p_values)), key=lambda k: p_values[k])):
+        largest = max(largest, min(1.0, (len(p_values) - rank) * p_values[i]))
+        adjusted[i] = largest
+    return adjusted
+
+
 # ---------------------------------------------------------------- what a number of trials can see
 
 def power_of_drop(trials: int, drop: float, gained: float, alpha: float = 0.05) -> float:
@@ -167,6 +178,32 @@ def visible_drop(trials: int, rate: float, gained: float | None = None, alpha: f
     if rate <= 0 or reached(rate) < 0:
         return None
     return float(brentq(reached, 0.0, rate, xtol=1e-5))
+
+
+def trials_to_distinguish(first_only: float, second_only: float, alpha: float = 0.05,
+                          power: float = 0.8) -> int | None:
+    """Pairs after which McNemar's two-sided test tells two rates apart with probability ``power``.
+
+    R. J. Connor, “Sample size for testing differences in proportions for the paired-sample
+    design”, Biometrics 43 (1987) 207–211. None where the shares are equal.
+
+    Args:
+        first_only, second_only: shares of the pairs in which only the one or the other succeeds.
+        alpha: level of the test.
+        power: wanted.
+
+    Raises:
+        ValueError: for shares that cannot be.
+    """
+    discordant, difference = first_only + second_only, first_only - second_only
+    if min(first_only, second_only) < 0 or discordant > 1:
+        raise ValueError(f"impossible shares: {first_only} and {second_only}")
+    if difference == 0:
+        return None
+    quantile = NormalDist().inv_cdf
+    reach = (quantile(1 - alpha / 2) * math.sqrt(discordant)
+             + quantile(power) * math.sqrt(discordant - difference**2))
+    return math.ceil((reach / difference) ** 2)
 
 
 def trials_to_exclude(margin: float, lost: float, gained: float, alpha: float = 0.05,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -60,3 +60,44 @@ def show_command(
 
     shown = sample_sheet(folder, count, out)
     typer.echo(f"{out}: scenes {', '.join(shown)}")
+
+
+def export_command(
+    folder: Annotated[Path, typer.Argument(help="Folder of generated scenes.")],
+    out: Annotated[Path, typer.Argument(help="Folder to write.")],
+    layout: Annotated[Literal["jacquard"], typer.Option(
+        "--format", help="Jacquard's files: RGB, perfect and noisy depth, mask, grasps.")] = "jacquard",
+    size: Annotated[int, typer.Option(help="Side of the images [px]; Jacquard's is 1024.", min=32)] = 1024,
+    limit: Annotated[int | None, typer.Option(help="Scenes at most.", min=1)] = None,
+) -> None:
+    """Write generated scenes in another data set's layout, so that other trainers can read them.
+
+    The same command goes on where a stopped one ended.
+    """
+    from grasp_bench.datasets.export import export_jacquard
+
+    written, empty = export_jacquard(folder, out, size, limit)
+    typer.echo(f"{written} scenes in {out} in the layout of {layout}; {empty} left out, "
+               "in which no grasp held.")
+
+
+def info_command(
+    folder: Annotated[Path, typer.Argument(help="Root of a Cornell or Jacquard copy.")],
+    folds: Annotated[int, typer.Option(help="Folds to make by objects, to show how.", min=1)] = 5,
+) -> None:
+    """Say what a copy of Cornell or Jacquard holds, reading all of it: images, objects, labels, faults."""
+    from grasp_bench.datasets.folds import make_folds
+    from grasp_bench.datasets.rectangles import open_collection
+
+    found = open_collection(folder)
+    typer.echo(found.describe())
+    labels = dropped = 0
+    for entry in found.entries:
+        sample = found.load(entry)
+        labels += len(sample.rectangles)
+        dropped += sample.dropped
+    typer.echo(f"{labels} rectangles; {dropped} dropped because of NaN or no area.")
+    objects = [e.object for e in found.entries]
+    most = len(set(objects)) if found.knows_objects else len(objects)
+    made = make_folds(objects, min(folds, most), "object")
+    typer.echo(f"{made.how[0].upper()}{made.how[1:]}: {', '.join(str(len(t)) for t in made.test)} images.")

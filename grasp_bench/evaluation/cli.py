@@ -101,3 +101,61 @@ def _training(predictor: str, steps: int, init: str, weights: Path | None, data:
     config = TrainConfig(network=predictor, steps=steps, batch=batch, lr=lr, seed=seed, threads=threads,
                          warmup=min(20, steps), checkpoint_every=steps, validate_every=steps)
     return Training(config, begin, data, real_share, out)
+
+
+def bench_table_command(
+    folder: Annotated[Path, typer.Option(
+        help="Holds a run for each predictor; runs that are there are finished or kept.",
+    )] = Path("results/bench"),
+    predictors: Annotated[str | None, typer.Option(
+        help="Names, comma-separated; by default all shipped ones whose weights are installed.")] = None,
+    trials: Annotated[int | None, typer.Option(
+        help="Trials of each; by default one for each object.", min=1)] = None,
+    scenario: Annotated[str, typer.Option(help="A shipped scenario, or the path of a YAML file.")] = "table4",
+    seed: Annotated[int, typer.Option(help="Of all that is random.", min=0)] = 0,
+    workers: Annotated[int | None, typer.Option(
+        help="Processes; by default one for each core.", min=1)] = None,
+    reference: Annotated[str, typer.Option(help="What the others are compared with.")] = "htc-grasp",
+    evaluations: Annotated[Path, typer.Option(
+        help="Results of `grasp-bench evaluate --out`, for Tables 1 to 3.")] = Path("results/evaluation"),
+    no_run: Annotated[bool, typer.Option(
+        "--no-run", help="Print what is there; try nothing.")] = False,
+    fmt: Annotated[Format, typer.Option("--format", help="table, markdown or json.")] = "table",
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Write to this file instead.")] = None,
+) -> None:
+    """Try all predictors on the same trials, and print the paper's tables measured again.
+
+    The same command goes on where a stopped one ended.
+    """
+    from rich.console import Console
+
+    from grasp_bench.evaluation import bench
+    from grasp_bench.evaluation.text import as_text, markdown, show
+
+    progress = Console(stderr=True)
+    if not no_run:
+        def announce(name: str) -> bool:
+            progress.print(name, highlight=False)
+            return True
+
+        names = [n.strip() for n in predictors.split(",") if n.strip()] if predictors else None
+        for missing in bench.bench(folder, names, trials, scenario, seed, workers, announce):
+            progress.print(f"[yellow]{missing} left out: its weights are not installed.[/yellow]")
+    comparison = bench.compare(bench.run_folders(folder), reference)
+    results = bench.read_evaluations(evaluations)
+    made = bench.tables(comparison, results)
+    if fmt == "table" and out is None:
+        show(made, Console())
+        return
+    if fmt == "json":
+        short = [{k: v for k, v in r.items() if k != "records"} for r in results]
+        text = json.dumps(comparison | {"evaluations": short}, indent=1, ensure_ascii=False) + "\n"
+    else:
+        text = markdown(made) if fmt == "markdown" else as_text(made)
+    if out is None:
+        typer.echo(text, nl=False)
+    else:
+        from grasp_bench.networks.weights import write_whole
+
+        out.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(out, text.encode())

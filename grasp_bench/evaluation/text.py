@@ -67,6 +67,17 @@ def show(tables: Iterable[TextTable], console: Any) -> None:
             console.print(Padding(Text(t.note, style="dim"), (0, 1, 1, 1)))
 
 
+def as_text(tables: Iterable[TextTable], width: int = 120) -> str:
+    """Tables as a terminal of ``width`` columns would show them, without colour."""
+    from io import StringIO
+
+    from rich.console import Console
+
+    buffer = StringIO()
+    show(tables, Console(file=buffer, width=width, no_color=True))
+    return buffer.getvalue()
+
+
 # ---------------------------------------------------------------- Tables 1 and 2
 
 def rate_cells(correct: int, total: int) -> list[str]:

@@ -48,13 +48,32 @@ class Entry:
     arguments: tuple[Any, ...] = ()
     weights: str | None = None
 
+    @property
+    def available(self) -> bool:
+        """Whether the weights it needs are there."""
+        from grasp_bench.paths import assets_dir
+
+        return self.weights is None or (assets_dir() / "weights" / self.weights).is_file()
+
 
 _CONTROLS = "grasp_bench.predictors.controls"
 _NETWORK = "grasp_bench.predictors.network:NetworkPredictor"
 
+
+def _network(name: str, summary: str) -> Entry:
+    return Entry(_NETWORK, "network", summary, (name,), f"{name}.safetensors")
+
+
 BUILT_IN: dict[str, Entry] = {
-    "htc-grasp": Entry(_NETWORK, "network", "HTC-Grasp, hybrid Transformer-CNN (Zhang et al., 2023)",
-                       ("htc-grasp",), "htc-grasp.safetensors"),
+    "htc-grasp": _network("htc-grasp", "HTC-Grasp, hybrid Transformer-CNN (Zhang et al., 2023)"),
+    "gg-cnn": _network("gg-cnn", "GG-CNN on depth (Morrison et al., 2018)"),
+    "gg-cnn2": _network("gg-cnn2", "GG-CNN2 on depth (Morrison et al., 2020)"),
+    "gr-convnet": _network("gr-convnet", "GR-ConvNet, 32 channels, RGB-D (Kumra et al., 2020)"),
+    "gr-convnet-16": _network("gr-convnet-16", "GR-ConvNet, 16 channels, RGB-D (Kumra et al., 2020)"),
+    "tf-grasp": _network("tf-grasp", "TF-Grasp, Swin Transformer, RGB-D (Wang et al., 2022)"),
+    "htc-grasp-no-ea": _network("htc-grasp-no-ea", "HTC-Grasp's ablation: plain self-attention"),
+    "htc-grasp-no-ca": _network("htc-grasp-no-ca", "HTC-Grasp's ablation: no channel attention"),
+    "htc-grasp-plain": _network("htc-grasp-plain", "HTC-Grasp's ablation: neither"),
     "oracle": Entry(f"{_CONTROLS}:Oracle", "control",
                     "reference grasps of the true mesh and pose: upper bound"),
     "antipodal": Entry(f"{_CONTROLS}:Antipodal", "control", "opposite depth edges, after Dex-Net's sampling"),

@@ -24,7 +24,8 @@ def list_predictors(context: typer.Context, as_json: AsJson = False) -> None:
         return
     from grasp_bench.predictors import BUILT_IN, installed
 
-    rows = [(n, e.kind, e.summary) for n, e in BUILT_IN.items()]
+    rows = [(n, e.kind, e.summary + ("" if e.available else "; weights not installed"))
+            for n, e in BUILT_IN.items()]
     for name, points in installed().items():
         for point in points:
             home = f"{point.dist.name} {point.dist.version}" if point.dist else "an installed package"

@@ -79,7 +79,7 @@ Weights for `grasp-bench`, network `{facts['network']}` with {facts['parameters'
 
 ## Training
 {_begun(facts)}: {data['train']} scenes of {', '.join(data['folders'])}
-(fingerprint `{data['fingerprint']}`), {facts['steps']} steps, seed {facts['seed']}; {settings}.
+(fingerprint `{data['fingerprint']}`), {facts['steps']} steps, seed {facts['seed']}; {settings}.{_took(facts)}
 
 ```
 {facts['commands']}
@@ -96,6 +96,11 @@ Weights for `grasp-bench`, network `{facts['network']}` with {facts['parameters'
 those it was trained on; figures above say nothing about other cameras. These are not the paper's
 weights, which were never published.
 """
+
+
+def _took(facts: dict[str, Any]) -> str:
+    seconds = facts.get("seconds")
+    return f" It took {seconds / 60:.0f} minutes." if seconds else ""
 
 
 def _begun(facts: dict[str, Any]) -> str:

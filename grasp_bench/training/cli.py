@@ -131,8 +131,10 @@ def _store(trained: Trained, config: TrainConfig, scenes: SceneSet, data: list[S
     """Weights and card into ``out``; with ``export`` into the assets too, listed in the manifest."""
     from grasp_bench.networks.weights import add_to_manifest, save, weights_path
     from grasp_bench.training.card import model_card, provenance
+    from grasp_bench.training.log import training_seconds
 
-    facts = provenance(trained, config, scenes, data)
+    seconds = training_seconds(out / "log.jsonl", config.batch)
+    facts = provenance(trained, config, scenes, data) | ({"seconds": round(seconds)} if seconds else {})
     places = [out / f"{config.network}.safetensors", *([weights_path(config.network)] if export else [])]
     for path in places:
         save(trained.network, path, facts)

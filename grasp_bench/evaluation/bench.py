@@ -23,7 +23,8 @@ NOTE = ("Paper rows are real-robot results as printed, on other robots and other
         "directly comparable. All rows of grasp-bench are of the same trials. Alone: trials in which only "
         "the reference, and only this system, succeeded; p: McNemar's exact two-sided test against the "
         "reference, Holm-corrected over all rows; trials to tell: after how many such trials the two would "
-        "be told apart at 5 % with 80 % power if the observed shares were true (Connor, Biometrics 43, 1987).")
+        "be told apart at 5 % with 80 % power if the observed shares were true (Connor, Biometrics 43, "
+        "1987).")
 
 
 def bench(folder: Path, predictors: Sequence[str] | None = None, trials: int | None = None,

@@ -95,6 +95,11 @@ def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = No
         raise GraspBenchError(f"workers must not be negative, not {workers}; 0 takes one for each core")
     chosen = scenario if isinstance(scenario, Scenario) else load_scenario(os.fspath(scenario))
     catalog, names = select_objects(list(chosen.objects.names) or "all" if objects is None else objects)
+    if chosen.clutter is not None and media != "none":
+        raise GraspBenchError(f"media {media!r} is kept of single trials only; leave it out for clutter.")
+    if chosen.clutter is not None and names != catalog.names:  # episodes draw from these
+        reasons = {n: chosen.objects.names.get(n, "") for n in names}
+        chosen = chosen.model_copy(update={"objects": chosen.objects.model_copy(update={"names": reasons})})
     name, here = named(predictor)
     if here is not None and workers not in (None, 1):
         raise PredictorError(f"{name} exists in this process only and cannot be sent to {workers or 'all'} "

@@ -113,9 +113,15 @@ def run(
         console.print(f"Resumed {folder}: {summary.resumed} trials were done, {summary.added} added.")
     if as_json:
         typer.echo(json.dumps(figures))
-    low, high = figures["wilson95"]
-    console.print(f"[bold]{predictor}[/bold] lifted {figures['successes']}/{figures['trials']} = "
-                  f"{figures['rate']:.1%} (95 % interval {low:.1%} – {high:.1%}). "
+    if figures["clutter"] is not None:
+        from grasp_bench.report.clutter import in_words
+
+        said = in_words(figures["clutter"])
+    else:
+        low, high = figures["wilson95"]
+        said = (f"lifted {figures['successes']}/{figures['trials']} = {figures['rate']:.1%} "
+                f"(95 % interval {low:.1%} – {high:.1%})")
+    console.print(f"[bold]{predictor}[/bold]: {said}. "
                   f"Results in {folder}; see `grasp-bench report {folder}`.", soft_wrap=True)
     if media != "none":
         from grasp_bench.media.cost import describe_cost
@@ -195,6 +201,7 @@ def _register() -> None:
     from grasp_bench.predictors.cli import predictors_app, serve_command
     from grasp_bench.scenarios_cli import scenarios_app
     from grasp_bench.shards.cli import merge_command
+    from grasp_bench.sweeps.cli import sweep_command
     from grasp_bench.training.cli import train_command
 
     app.add_typer(objects_app, name="objects")
@@ -208,6 +215,7 @@ def _register() -> None:
     data.command("export")(export_command)
     data.command("info")(info_command)
     app.add_typer(data, name="data")
+    app.command("sweep")(sweep_command)
     app.command("train")(train_command)
     app.command("evaluate")(evaluate_command)
     app.command("bench-table")(bench_table_command)

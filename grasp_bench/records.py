@@ -78,6 +78,16 @@ def _is_part(value: Any) -> bool:
     return value is None or isinstance(value, dict)
 
 
+def _is_episode(value: Any) -> bool:
+    if not isinstance(value, dict):
+        return False
+    objects, attempts, cleared = (value.get(k) for k in ("objects", "attempts", "cleared"))
+    return (isinstance(objects, list) and len(objects) > 0 and all(map(_is_text, objects))
+            and _is_count(cleared) and cleared <= len(objects) and isinstance(attempts, list)
+            and all(isinstance(a, dict) and isinstance(a.get("outcome"), str) and a["outcome"] in OUTCOMES
+                    and a.get("success") is (a["outcome"] == "success") for a in attempts))
+
+
 def _shown(value: Any) -> str:
     text = repr(value)
     return text if len(text) <= 40 else text[:37] + "…"
@@ -98,6 +108,7 @@ _TRIAL_FIELDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "lift_height": (_is_number, "a number"),
     "contact_force": (_is_number, "a number"),
     "sim_steps": (_is_count, "a whole number from 0"),
+    "clutter": (_is_episode, "an episode's objects, attempts and how many objects were cleared"),
 }
 
 

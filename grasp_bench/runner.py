@@ -49,6 +49,13 @@ class RunSummary:
     repaired: bool
 
 
+def objects_of(settings: Settings, jobs: Jobs, catalog: Catalog) -> list[str]:
+    """All objects that a run may meet: those of its jobs, and in clutter those that episodes draw from."""
+    if settings.scenario.clutter is not None:
+        return catalog.chosen(settings.scenario.objects.names)
+    return jobs.used
+
+
 def describe(settings: Settings, jobs: Jobs, catalog: Catalog,
              implementation: dict[str, Any] | None = None) -> dict[str, Any]:
     """The content of ``run.json``; ``implementation`` is what :func:`identify` says of the predictor."""
@@ -67,7 +74,7 @@ def describe(settings: Settings, jobs: Jobs, catalog: Catalog,
         "seed": settings.seed,
         "trials": jobs.total,
         **shard,
-        "objects": {n: catalog.entries[n]["files"] for n in jobs.used},
+        "objects": {n: catalog.entries[n]["files"] for n in objects_of(settings, jobs, catalog)},
         "weights": weights,
         "versions": {name: version(name) for name in PINNED},
         "renderer": settings.renderer,
@@ -107,7 +114,7 @@ def run(settings: Settings, jobs: Jobs, out: Path, workers: int,
         GraspBenchError: before any trial starts, for anything wrong with the inputs.
     """
     catalog = Catalog(settings.objects)
-    for name in jobs.used:
+    for name in objects_of(settings, jobs, catalog):
         model = catalog.load(name)  # every mesh is checked before the first trial
         if not model.graspable_poses:
             raise GraspBenchError(f"{name} has no resting pose in which a grasp fits the gripper")

@@ -86,6 +86,10 @@ class Clock:
 
     seconds: dict[str, float] = field(default_factory=dict)
 
+    def rounded(self) -> dict[str, float]:
+        """The seconds, for a record."""
+        return {k: round(v, 6) for k, v in self.seconds.items()}
+
     @contextmanager
     def phase(self, name: str) -> Iterator[None]:
         """Time a block."""
@@ -225,15 +229,20 @@ def put_down(world: World, model: ObjectModel, scenario: Scenario, rng: np.rando
     Poses are drawn by their probability among those in which some grasp fits the gripper,
     with uniform yaw and a uniform place in the workspace.
     """
+    height, quaternion = random_pose(model, rng)
+    x, y = rng.uniform(-1, 1, 2) * scenario.table.workspace + scenario.table.center
+    world.place_object(np.array([x, y, height + scenario.settling.clearance]), quaternion)
+    world.settle()
+
+
+def random_pose(model: ObjectModel, rng: np.random.Generator) -> tuple[float, Floats]:
+    """Height of the centre of mass [m] and quaternion of a graspable resting pose at any yaw."""
     poses = model.graspable_poses
     weights = np.array([p.probability for p in poses])
     pose = poses[rng.choice(len(poses), p=weights / weights.sum())]
     yaw = rng.uniform(-math.pi, math.pi)
-    x, y = rng.uniform(-1, 1, 2) * scenario.table.workspace + scenario.table.center
     turn = np.array([math.cos(yaw / 2), 0, 0, math.sin(yaw / 2)])
-    world.place_object(np.array([x, y, pose.height + scenario.settling.clearance]),
-                       multiply_quaternions(turn, pose.quaternion))
-    world.settle()
+    return pose.height, multiply_quaternions(turn, pose.quaternion)
 
 
 def multiply_quaternions(a: Floats, b: Floats) -> Floats:
@@ -270,7 +279,7 @@ def execute(world: World, plan: Plan, measured: dict[str, Any]) -> tuple[Outcome
     gripper, motion = scenario.gripper, scenario.motion
     period = scenario.physics.timestep * scenario.physics.control_steps
     open_at = plan.pose.opening / 2
-    start = float(world.object_pose[0][2])
+    world.mark()
 
     preshape = np.maximum(open_at, FINGER_STROKE - gripper.closing_speed * period
                           * np.arange(1, len(plan.reach.positions) + 1))
@@ -292,11 +301,12 @@ def execute(world: World, plan: Plan, measured: dict[str, Any]) -> tuple[Outcome
     world.follow(still(q, len(closing) * period, period, len(closing)), closing)
     squeeze = -gripper.squeeze
     world.follow(still(q, gripper.settle_time, period), squeeze)
+    world.aim_at_held()
     if not world.touch().held:
         return Outcome.MISSED, "the fingers closed without holding the object"
 
     world.follow(plan.lift, squeeze)
-    measured["lift_height"] = float(world.object_pose[0][2]) - start
+    measured["lift_height"] = world.rise()
     touch = world.touch()
     if not touch.held or measured["lift_height"] < scenario.success.minimum_lift:
         return Outcome.SLIPPED, f"lost while lifting, {1000 * measured['lift_height']:.0f} mm above its place"
@@ -310,7 +320,7 @@ def execute(world: World, plan: Plan, measured: dict[str, Any]) -> tuple[Outcome
     world.follow(still(plan.carry.end, motion.hold_time, period), squeeze)
     touch = world.touch()
     measured["contact_force"] = (touch.left + touch.right) / 2
-    height = float(world.object_pose[0][2]) - start
+    height = world.rise()
     if not touch.held or height < scenario.success.minimum_lift:
         return Outcome.DROPPED, f"lost while carried or held, {1000 * height:.0f} mm above its place"
     if touch.elsewhere:

@@ -71,10 +71,16 @@ def do(job: Job) -> Answer:
 def attempt(job: Job, settings: Settings, catalog: Catalog, cell: Workcell, predictor: Predictor) -> Answer:
     """One trial, whose record is an error where anything raises."""
     from grasp_bench.media.store import recorder_for
-    from grasp_bench.trial import TrialRecord, run_trial
+    from grasp_bench.trial import Clock, TrialRecord, run_trial
 
     category = catalog.entries[job.object]["category"]
     try:
+        if settings.scenario.clutter is not None:
+            from grasp_bench.clutter import run_episode
+
+            episode = run_episode(cell, catalog, predictor, job.object, trial=job.trial, attempt=job.attempt,
+                                  seed=settings.seed)
+            return Answer(job, episode.record, {"trial": job.trial} | episode.clock.rounded())
         model = catalog.load(job.object)
         recorder = recorder_for(settings)
         done = run_trial(cell, model, predictor, trial=job.trial, attempt=job.attempt, seed=settings.seed,
@@ -88,7 +94,7 @@ def attempt(job: Job, settings: Settings, catalog: Catalog, cell: Workcell, pred
         if recorder is not None:
             with done.clock.phase("media"):
                 recorder.keep(done, predictor)
-    return Answer(job, record.to_json(), {"trial": job.trial} | {k: round(v, 6) for k, v in seconds.items()})
+    return Answer(job, record.to_json(), {"trial": job.trial} | Clock(seconds).rounded())
 
 
 def _die_with_parent() -> None:

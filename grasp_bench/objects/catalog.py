@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -196,6 +197,18 @@ class Catalog:
         if not chosen:
             raise UnknownNameError("object or category", what, self.names)
         return chosen
+
+    def chosen(self, names: Iterable[str]) -> list[str]:
+        """The named objects in the manifest's order, or all where none is named.
+
+        Raises:
+            UnknownNameError: for a name that the manifest does not have.
+        """
+        wanted = list(names)
+        for name in wanted:
+            if name not in self.entries:
+                raise UnknownNameError("object", name, self.names)
+        return [n for n in self.names if n in wanted] if wanted else self.names
 
     def faults(self, name: str) -> list[str]:
         """What is wrong with an object's files against the manifest; empty when all is well."""

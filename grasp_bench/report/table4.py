@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from grasp_bench.report.clutter import summarise_clutter
 from grasp_bench.results import iter_timings, load_run, load_trials
 from grasp_bench.stats import wilson
 
@@ -56,7 +57,9 @@ def summarise(folder: Path, root: Path | None = None) -> dict[str, Any] | None:
     timings = list(iter_timings(folder))
     phases = sorted({k for t in timings for k in t} - {"trial"})
     seconds = {p: round(sum(t.get(p, 0.0) for t in timings) / len(timings), 5) for p in phases}
+    episodes = trials["clutter"].dropna().tolist() if "clutter" in trials else []
     return {
+        "clutter": summarise_clutter(episodes, len(trials)) if run["scenario"].get("clutter") else None,
         "run": folder.name if root in (None, folder) else folder.relative_to(root).as_posix(),
         "predictor": run["predictor"], "scenario": run["scenario"]["name"],
         "seed": run["seed"], "renderer": run["renderer"], "weights": run.get("weights"),
@@ -75,7 +78,7 @@ def build_report(folders: list[Path], root: Path | None = None) -> dict[str, Any
         for row in PAPER]
     table += [{"authors": "grasp-bench", "system": r["predictor"],
                **{k: r[k] for k in ("successes", "trials", "rate", "wilson95")}, "printed_rate": None,
-               "source": "simulation", "run": r["run"]} for r in runs]
+               "source": "simulation", "run": r["run"]} for r in runs if r["clutter"] is None]
     return {"note": NOTE, "runs": runs, "table4": table}
 
 

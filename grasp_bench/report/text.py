@@ -9,6 +9,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from grasp_bench.report.clutter import in_words
 from grasp_bench.report.table4 import worst_objects
 
 HEAD = ("Authors", "System", "Grasped", "Rate", "95 % interval", "Printed", "Source")
@@ -38,6 +39,11 @@ def _title(run: dict[str, Any]) -> str:
             f"{run['renderer']}{partial}")
 
 
+def _clutter(run: dict[str, Any]) -> str:
+    figures = run["clutter"]
+    return f"Clutter, {figures['episodes']} tables: {in_words(figures)}. Outcomes of whole tables:"
+
+
 def _worst(run: dict[str, Any]) -> str:
     return ", ".join(f"{n} {k}/{t}" for n, k, t in worst_objects(run)) or "none failed"
 
@@ -57,6 +63,8 @@ def as_terminal(report: dict[str, Any]) -> Group:
                          show_header=False, padding=(0, 2))
         for line in _breakdown(run):
             outcomes.add_row(*line, style="" if line[0] == "success" else "yellow")
+        if run["clutter"] is not None:
+            parts.append(Padding(Text(_clutter(run)), (0, 1, 0, 2)))
         parts += [outcomes, Padding(Text(f"Hardest objects: {_worst(run)}"), (0, 1, 1, 2))]
     return Group(*parts)
 
@@ -69,6 +77,8 @@ def as_markdown(report: dict[str, Any]) -> str:
     lines += ["", report["note"], ""]
     for run in report["runs"]:
         lines += [f"### {_title(run)}", ""]
+        if run["clutter"] is not None:
+            lines += [_clutter(run), ""]
         lines += [_row(("Outcome", "Trials", "Share")), _row(("---", "---:", "---:"))]
         lines += [_row(line) for line in _breakdown(run)]
         lines += ["", f"Hardest objects: {_worst(run)}", ""]

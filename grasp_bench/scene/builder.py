@@ -11,6 +11,7 @@ import hashlib
 import os
 import struct
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -153,6 +154,21 @@ def compose(scenario: Scenario, model: SceneObject | None, robot: bool = True) -
         root.attach(load_robot(scenario, 1.0 if model is None else model.friction))
     if model is not None:
         add_object(root, model, scenario)
+    return root
+
+
+def object_name(which: int) -> str:
+    """Name of the body of the ``which``-th of several objects."""
+    return f"{OBJECT}{which}"
+
+
+def compose_many(scenario: Scenario, models: Sequence[SceneObject]) -> Any:
+    """The MJCF model of a world with robot, table and several objects, named by :func:`object_name`."""
+    root = new_world(scenario)
+    add_table(root, scenario)
+    root.attach(load_robot(scenario, 1.0))
+    for i, model in enumerate(models):
+        add_object(root, model, scenario, object_name(i))
     return root
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -44,12 +44,22 @@ class Touch:
 class World:
     """State of one trial.
 
+    There may be several objects; one of them is the target, of which ``object_pose``, ``touch`` and
+    ``rise`` tell.
+
     Args:
         model: compiled by :func:`grasp_bench.scene.builder.compile_scene`, robot included.
         scenario: its settings.
+        objects: names of the objects' bodies; the first is the target at the start.
+        friction: of each object against the pads, which take on the target's; without it they stay as
+            compiled.
+
+    Attributes:
+        target: index of the object that is tried.
     """
 
-    def __init__(self, model: mujoco.MjModel, scenario: Scenario) -> None:
+    def __init__(self, model: mujoco.MjModel, scenario: Scenario, objects: Sequence[str] = (OBJECT,),
+                 friction: Sequence[float] | None = None) -> None:
         self.model, self.scenario = model, scenario
         self.data = mujoco.MjData(model)
         joints = [model.joint(ARM_PREFIX + n) for n in JOINT_NAMES]
@@ -63,19 +73,23 @@ class World:
         gain = model.actuator_gainprm[self._arm_ctrl, 0]
         self._lead = -model.actuator_biasprm[self._arm_ctrl, 2] / gain
         self._tcp = model.site(GRIPPER_PREFIX + "tcp").id
-        self._object_q = model.joint(OBJECT).qposadr[0]
-        self._object_v = model.joint(OBJECT).dofadr[0]
-        self.object_body = model.body(OBJECT).id
+        self.bodies = [model.body(n).id for n in objects]
+        self._places = [model.joint(n).qposadr[0] for n in objects]
+        self._speeds = [model.joint(n).dofadr[0] for n in objects]
+        self._friction = friction
+        self._is_any_object = np.isin(model.geom_bodyid, self.bodies)
         names = [model.body(i).name for i in model.geom_bodyid]
-        self._is_object = model.geom_bodyid == self.object_body
         self._is_left = np.array([n == GRIPPER_PREFIX + "left_finger" for n in names])
         self._is_right = np.array([n == GRIPPER_PREFIX + "right_finger" for n in names])
+        self._is_pad = (self._is_left | self._is_right) & (model.geom_priority > 0)
         self._is_palm = np.array([n == GRIPPER_PREFIX + "gripper" for n in names])
         self._is_robot = np.array([n.startswith(ARM_PREFIX) for n in names])
         self._is_table = np.array([model.geom(i).name == GROUND for i in range(model.ngeom)])
         self.steps = 0
         self.observer: Callable[[World], None] | None = None
         """Called after every sample of a motion: for films and logs, never to act."""
+        self._starts = [0.0] * len(objects)
+        self.aim(0)
         self.go_home()
 
     # ------------------------------------------------------------ setting up
@@ -91,8 +105,38 @@ class World:
         self.data.qpos[q:q + 3], self.data.qpos[q + 3:q + 7] = position, quaternion
         self.data.qvel[v:v + 6] = 0
 
+    def aim(self, which: int) -> None:
+        """Make the ``which``-th object the target."""
+        self.target = which
+        self.object_body = self.bodies[which]
+        self._object_q, self._object_v = self._places[which], self._speeds[which]
+        self._is_object = self.model.geom_bodyid == self.object_body
+        if self._friction is not None:  # sliding friction of a pair is that of the pads, which have priority
+            self.model.geom_friction[self._is_pad, 0] = (self._friction[which]
+                                                         * self.scenario.gripper.friction_scale)
+
+    def aim_at_held(self) -> None:
+        """Make the object that both fingers hold the target; the old one stays where there is none."""
+        if len(self.bodies) == 1:
+            return
+        before = self.target
+        for which in [before, *(i for i in range(len(self.bodies)) if i != before)]:
+            self.aim(which)
+            if self.touch().held:
+                return
+        self.aim(before)
+
+    def mark(self) -> None:
+        """Take the objects' heights now as those they rise from."""
+        self._starts = [float(self.data.xpos[body][2]) for body in self.bodies]
+
+    def rise(self, which: int | None = None) -> float:
+        """How far an object, by default the target, is above where it was marked [m]."""
+        chosen = self.target if which is None else which
+        return float(self.data.xpos[self.bodies[chosen]][2]) - self._starts[chosen]
+
     def settle(self) -> None:
-        """Step until the object has been still for ``settling.still_time``.
+        """Step until all objects have been still for ``settling.still_time``.
 
         Raises:
             UnstableError: when it is not at rest before ``settling.timeout``.
@@ -103,9 +147,9 @@ class World:
         still = 0.0
         for _ in range(int(settling.timeout / period)):
             self.step(chunk)
-            v = self.data.qvel[self._object_v:self._object_v + 6]
-            quiet = (np.linalg.norm(v[:3]) < settling.linear_speed
-                     and np.linalg.norm(v[3:]) < settling.angular_speed)
+            moving = [self.data.qvel[v:v + 6] for v in self._speeds]
+            quiet = all(np.linalg.norm(v[:3]) < settling.linear_speed
+                        and np.linalg.norm(v[3:]) < settling.angular_speed for v in moving)
             still = still + period if quiet else 0.0
             if still >= settling.still_time:
                 return
@@ -180,6 +224,9 @@ class World:
                 left += force[0]
             elif self._is_right[other]:
                 right += force[0]
+            elif self._is_any_object[other]:
+                if self.rise(self.bodies.index(self.model.geom_bodyid[other])) < self.rise() / 2:
+                    elsewhere.add("another object")  # one that was lifted with it does not count
             elif not self._is_palm[other]:
                 name = self.model.geom(int(other)).name
                 elsewhere.add("table" if name == GROUND else name.removeprefix(ARM_PREFIX))
@@ -193,10 +240,10 @@ class World:
         if len(pairs) == 0:
             return worst, name
         robot = self._is_robot[pairs]
-        other = (self._is_object | self._is_table)[pairs]
+        other = (self._is_any_object | self._is_table)[pairs]
         for i in np.nonzero(robot.any(axis=1) & other.any(axis=1))[0]:
             mujoco.mj_contactForce(self.model, self.data, int(i), force)
             if force[0] > worst:
                 worst = float(force[0])
-                name = "object" if self._is_object[pairs[i]].any() else "table"
+                name = "object" if self._is_any_object[pairs[i]].any() else "table"
         return worst, name

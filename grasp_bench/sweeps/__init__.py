@@ -1,0 +1,1 @@
+"""Success against a parameter of the scenario; see :mod:`grasp_bench.sweeps.study`."""

@@ -116,12 +116,12 @@ def run(
     if figures["clutter"] is not None:
         from grasp_bench.report.clutter import in_words
 
-        said = in_words(figures["clutter"])
+        said = f": {in_words(figures['clutter'])}"
     else:
         low, high = figures["wilson95"]
-        said = (f"lifted {figures['successes']}/{figures['trials']} = {figures['rate']:.1%} "
+        said = (f" lifted {figures['successes']}/{figures['trials']} = {figures['rate']:.1%} "
                 f"(95 % interval {low:.1%} – {high:.1%})")
-    console.print(f"[bold]{predictor}[/bold]: {said}. "
+    console.print(f"[bold]{predictor}[/bold]{said}. "
                   f"Results in {folder}; see `grasp-bench report {folder}`.", soft_wrap=True)
     if media != "none":
         from grasp_bench.media.cost import describe_cost

@@ -122,7 +122,8 @@ def test_the_command_names_what_is_wrong_before_the_first_trial(tmp_path: Path) 
 
 def test_the_command_sweeps_and_resumes(toy_catalog: Path, tmp_path: Path) -> None:
     call = ["sweep", "--parameter", "sensor.axial_sigma", "--values", "0,0.0005", "--predictor", "centroid",
-            "--objects", str(toy_catalog), "--trials", "1", "--workers", "1", "--out", str(tmp_path), "--json"]
+            "--objects", str(toy_catalog), "--trials", "1", "--workers", "1", "--json", "--out",
+            str(tmp_path)]
     first = CliRunner().invoke(app, call)
     assert first.exit_code == 0, first.output
     done = json.loads(first.stdout)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,22 +12,40 @@ import pytest
 import yaml
 
 from grasp_bench.errors import ResultsError
+from grasp_bench.grasps import Grasp, GraspPose
 from grasp_bench.leaderboard.page import as_markdown
 from grasp_bench.leaderboard.rows import About, Row, check, load_row
-from grasp_bench.results import dump
+from grasp_bench.objects.catalog import Catalog, sha256
+from grasp_bench.paths import assets_dir
+from grasp_bench.records import dump
+from grasp_bench.scenario import load_scenario
+from grasp_bench.trial import Outcome, TrialRecord
 
-REFERENCE = Path(__file__).parents[1] / "results" / "reference"
 ABOUT = {"name": "Mine", "authors": "Jane Doe", "trained_on": "nothing"}
+
+
+def made_up_trial(number: int, name: str, category: str) -> dict[str, Any]:
+    """A record as a run writes it: every sixth trial closes on nothing."""
+    won = number % 6 != 0
+    outcome = Outcome.SUCCESS if won else Outcome.MISSED
+    return TrialRecord(number, name, category, 0, outcome, grasp=Grasp(320.0, 240.0, 0.1, 40.0),
+                       pose=GraspPose.top_down([0.5, 0.0, 0.01], 0.1, 0.06), rank=0, tcp_error=(1e-4, 1e-4),
+                       lift_height=0.2 * won, contact_force=60.0 * won, sim_steps=3000).to_json()
 
 
 @pytest.fixture
 def row(tmp_path: Path) -> Path:
-    """A copy of the centroid's reference run, as if it were someone's own predictor."""
-    if not (REFERENCE / "centroid").is_dir():
-        pytest.skip("results/reference is not part of this copy")
+    """A folder as someone might hand it in; its records are made up."""
     folder = tmp_path / "row"
-    shutil.copytree(REFERENCE / "centroid", folder)
-    edit_run(folder, lambda run: run.update(predictor="my_module:Mine"))
+    folder.mkdir()
+    catalog = Catalog()
+    run = {"format": 1, "predictor": "my_module:Mine", "seed": 0, "trials": len(catalog.names),
+           "scenario": load_scenario("table4").model_dump(mode="json"), "weights": None,
+           "versions": {"mujoco": "3.17.0"}, "renderer": "raycast",
+           "objects": {n: e["files"] for n, e in catalog.entries.items()}}
+    (folder / "run.json").write_text(json.dumps(run))
+    records = [made_up_trial(i, n, e["category"]) for i, (n, e) in enumerate(catalog.entries.items())]
+    (folder / "trials.jsonl").write_text("".join(dump(r) + "\n" for r in records))
     (folder / "about.yaml").write_text(yaml.safe_dump(ABOUT))
     return folder
 
@@ -99,7 +116,8 @@ def test_trials_that_were_left_out_or_changed_are_found_out(row: Path, change: C
     (lambda records: next(r for r in records if not r["success"]).update(success=True), "'success' is True"),
     (lambda records: winning(records).update(outcome="lifted"), "'outcome' must be one of"),
 ])
-def test_records_that_no_run_writes_are_refused_by_their_line(row: Path, change: Callable, words: str) -> None:
+def test_records_that_no_run_writes_are_refused_by_their_line(
+        row: Path, change: Callable, words: str) -> None:
     edit_trials(row, change)
     with pytest.raises(ResultsError, match=r"trials\.jsonl, line \d+ is damaged") as caught:
         check(row)
@@ -122,11 +140,14 @@ def test_a_row_says_who_and_trained_on_what(row: Path, content: str | None, word
     assert words in fault(row)
 
 
-def test_a_shipped_predictor_needs_no_about_but_its_own_weights() -> None:
-    folder = REFERENCE / "htc-grasp"
-    if not folder.is_dir():
-        pytest.skip("results/reference is not part of this copy")
-    assert load_row(folder).about.trained_on == "see assets/weights/htc-grasp.md"
+def test_a_shipped_predictor_needs_no_about_but_its_own_weights(row: Path) -> None:
+    (row / "about.yaml").unlink()
+    weights = "htc-grasp.safetensors"
+    digest = sha256(assets_dir() / "weights" / weights)
+    edit_run(row, lambda run: run.update(predictor="htc-grasp", weights={weights: digest}))
+    assert load_row(row).about.trained_on == "see assets/weights/htc-grasp.md"
+    edit_run(row, lambda run: run.update(predictor="oracle", weights=None))
+    assert load_row(row).control
 
 
 def test_other_weights_are_found_out(row: Path) -> None:

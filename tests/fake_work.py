@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from grasp_bench.executors import worker
@@ -58,7 +59,9 @@ def do(job: Job) -> Answer:
     elif what == "wait":
         Path(argument).write_text(str(os.getpid()))
         time.sleep(600)
-    return Answer(job, {"trial": job.trial, "pid": os.getpid(), "threads": os.environ.get("OMP_NUM_THREADS")},
+    time.sleep(float(os.environ.get("FAKE_WORK_SECONDS", "0")))
+    return Answer(job, {"trial": job.trial, "object": job.object, "category": "box", "outcome": "missed",
+                        "success": False, "pid": os.getpid(), "threads": os.environ.get("OMP_NUM_THREADS")},
                   {"trial": job.trial})
 
 
@@ -69,3 +72,11 @@ class FakePool(WorkerPool):
 
 class FakeProcesses(Processes):
     _pool = FakePool
+
+
+def until(holds: Callable[[], object], seconds: float = 300.0) -> None:
+    """Wait until something holds, or fail."""
+    end = time.monotonic() + seconds
+    while not holds():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.05)

@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import json
+import re
 import shutil
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from grasp_bench.doctor import environment
 from grasp_bench.doctor.checks import Check, State, healthy
 from grasp_bench.doctor.environment import check_environment, normalised
-from grasp_bench.runner import PINNED
+from grasp_bench.doctor.rerun import Rerun, rerun
+from grasp_bench.errors import ResultsError
+from grasp_bench.executors import Here
+from grasp_bench.predictors.controls import Antipodal
+from grasp_bench.runner import PINNED, Settings, run, spread
+from grasp_bench.scenario import Scenario
 
 
 def by_name(checks: list[Check]) -> dict[str, Check]:
@@ -90,3 +98,87 @@ def test_a_cache_that_cannot_be_written_is_a_note(
     check = by_name(check_environment())["Model cache"]
     assert check.state is State.NOTE
     assert "compiles its scene anew" in check.detail
+
+
+# ---------------------------------------------------------------- a finished run
+
+@pytest.fixture(scope="module")
+def finished(toy_catalog: Path, scenario: Scenario, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of seven trials on one bar, pot or block."""
+    out = tmp_path_factory.mktemp("doctor") / "run"
+    settings = Settings(scenario, toy_catalog, "antipodal", 1, "raycast")
+    run(settings, spread(["bar", "block", "pot"], 7), out, 1, executor=Here(Antipodal()))
+    return out
+
+
+def again(folder: Path, toy_catalog: Path, trials: int = 2) -> Rerun:
+    return rerun(folder, trials, Here(Antipodal()), toy_catalog)
+
+
+@pytest.fixture
+def copied(finished: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(finished, tmp_path / "run"))
+
+
+def edit(folder: Path, **changed: Any) -> None:
+    run = json.loads((folder / "run.json").read_text())
+    (folder / "run.json").write_text(json.dumps(run | changed))
+
+
+def test_a_run_repeats_byte_for_byte(finished: Path, toy_catalog: Path) -> None:
+    found = again(finished, toy_catalog, 3)
+    assert (found.repeated, found.tried) == (3, 3)
+    assert [c.state for c in found.checks] == [State.OK, State.OK]
+    assert found.checks[-1].detail == "3 of 3 gave the same bytes again"
+
+
+def test_an_edited_record_is_found_and_nothing_explains_it(copied: Path, toy_catalog: Path) -> None:
+    text = (copied / "trials.jsonl").read_text()
+    (copied / "trials.jsonl").write_text(re.sub(r'"sim_steps": \d+', '"sim_steps": 7', text))
+    found = again(copied, toy_catalog)
+    assert found.repeated == 0
+    verdict = found.checks[-1]
+    assert verdict.state is State.BAD
+    assert "2 of 2 differ, 0 in their outcome; nothing explains it" in verdict.detail
+    assert "sim_steps" in verdict.detail
+
+
+@pytest.mark.parametrize(("changed", "name", "words"), [
+    ({"versions": {"mujoco": "3.1"}}, "Versions", "mujoco: 3.1 then, .* now.*MuJoCo and its kin promise"),
+    ({"weights": {"w": "ab"}}, "Weights", "another network"),
+    ({"cpu": "other"}, "Cpu", "other then.*last digits depend on the processor"),
+    ({"objects": {"bar": {}, "block": {}, "pot": {}}}, "Objects", "other shapes or masses"),
+])
+def test_what_is_not_as_it_was_is_told_with_its_meaning(
+        copied: Path, toy_catalog: Path, changed: dict[str, Any], name: str, words: str) -> None:
+    edit(copied, **changed)
+    found = by_name(again(copied, toy_catalog, 1).checks)
+    assert found[name].state is State.NOTE
+    assert re.search(words, found[name].detail)
+    assert found["Trials"].state is State.OK
+
+
+def test_another_seed_does_not_repeat(copied: Path, toy_catalog: Path) -> None:
+    edit(copied, seed=2)
+    found = again(copied, toy_catalog)
+    assert found.repeated == 0
+    assert "seed" in found.checks[-1].detail or "outcome" in found.checks[-1].detail
+
+
+def test_objects_that_are_not_there_are_asked_for(copied: Path, toy_catalog: Path) -> None:
+    edit(copied, objects={"bar": {}, "blocks": {}, "pot": {}})
+    with pytest.raises(ResultsError, match=r"name their folder with --objects.*Did you mean block"):
+        again(copied, toy_catalog)
+
+
+def test_a_run_without_trials_cannot_be_repeated(copied: Path, toy_catalog: Path) -> None:
+    (copied / "trials.jsonl").write_text("")
+    with pytest.raises(ResultsError, match="holds no trial that could be repeated"):
+        again(copied, toy_catalog)
+
+
+def test_mixed_up_files_are_refused(copied: Path, toy_catalog: Path) -> None:
+    text = (copied / "trials.jsonl").read_text()
+    (copied / "trials.jsonl").write_text(text.replace('"object": "bar"', '"object": "pot"'))
+    with pytest.raises(ResultsError, match="its files were mixed up"):
+        again(copied, toy_catalog, 7)

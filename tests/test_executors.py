@@ -6,14 +6,13 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterable, Iterator
 from contextlib import closing
 from pathlib import Path
 
 import psutil
 import pytest
-from fake_work import FakeProcesses
+from fake_work import FakeProcesses, until
 
 from grasp_bench.errors import GraspBenchError, UnknownNameError
 from grasp_bench.executors import Answer, Fault, make_executor
@@ -109,7 +108,7 @@ PARENT = """
 import sys
 sys.path.insert(0, {tests!r})
 from test_executors import settings
-from fake_work import FakeProcesses
+from fake_work import FakeProcesses, until
 from grasp_bench.jobs import Job
 list(FakeProcesses(1).run(settings(600), [Job(0, "wait:{mark}", 0)]))
 """
@@ -126,14 +125,6 @@ def test_workers_end_when_their_parent_is_killed(tmp_path: Path) -> None:
         until(lambda: not worker.is_running() or worker.status() == psutil.STATUS_ZOMBIE)
     finally:
         parent.kill()
-
-
-def until(holds, seconds: float = 120.0) -> None:
-    """Wait until something holds, or fail."""
-    end = time.monotonic() + seconds
-    while not holds():
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.05)
 
 
 def test_an_unknown_executor_is_refused_by_the_nearest_name() -> None:

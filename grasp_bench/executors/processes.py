@@ -131,6 +131,8 @@ class WorkerPool:
                 return None
             code = getattr(error, "exitcode", None)
             return Fault(job, Outcome.ERROR, reason or f"the worker process died ({_death(code)})")
+        except Exception as error:  # an answer that cannot be sent, or anything beside the trial itself
+            return Fault(job, Outcome.ERROR, f"{type(error).__name__}: {error}")
 
     def _start_anew(self, why: str) -> list[Answer | Fault]:
         """Replace a pool of which nothing more will come; its trials are begun again."""

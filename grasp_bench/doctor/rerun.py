@@ -1,0 +1,136 @@
+"""Some trials of a finished run done again here, and compared byte for byte."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from grasp_bench.doctor.checks import Check, State
+from grasp_bench.errors import ResultsError, UnknownNameError
+from grasp_bench.executors import Executor
+from grasp_bench.identity import ORIGIN, differences
+from grasp_bench.jobs import Job, Jobs, Settings, spread
+from grasp_bench.objects.catalog import Catalog
+from grasp_bench.outcomes import Outcome
+from grasp_bench.records import dump, scan
+from grasp_bench.results import RUN, TRIALS, load_run
+from grasp_bench.runner import carry_out, describe
+from grasp_bench.scenario import parse_scenario
+
+MEANINGS = {
+    "scenario": "this version reads the scenario differently: results of the two must not be mixed",
+    "objects": "other shapes or masses: the trials are not the same",
+    "weights": "another network: the rate may be another",
+    "versions": "MuJoCo and its kin promise the same bits only for the same version: single trials may end "
+                "otherwise, a rate over many hardly changes",
+    "renderer": "other pixels, so that a network's grasps differ slightly",
+    "cpu": "a network's last digits depend on the processor's instructions, and a grasp that is chosen by a "
+           "hair may be another",
+    "platform": "compilers and mathematical libraries differ: single trials may end otherwise",
+    "python": "no known effect on results",
+    "git": "other code of grasp-bench",
+}
+
+
+@dataclass(frozen=True)
+class Rerun:
+    """What a rerun found.
+
+    Attributes:
+        checks: what differs between then and now, and whether the trials repeat.
+        repeated, tried: trials with the same record, and all that were done again.
+    """
+
+    checks: list[Check]
+    repeated: int
+    tried: int
+
+
+def rerun(folder: Path, trials: int, executor: Executor, objects: Path | None = None) -> Rerun:
+    """Do some trials of a run again.
+
+    Args:
+        folder: of the run.
+        trials: how many, spread evenly over those that it holds.
+        executor: what carries them out.
+        objects: folder of the objects; by default the shipped ones.
+
+    Raises:
+        ResultsError: when the folder cannot be read or holds no trial.
+        GraspBenchError: when the predictor, the scenario or an object cannot be used here.
+    """
+    run = load_run(folder)
+    catalog = Catalog(objects)
+    names = list(run["objects"])
+    for name in names:
+        if name not in catalog.entries:
+            where = UnknownNameError("object", name, catalog.names)
+            raise ResultsError(f"{folder} is a run on objects that {catalog.folder} does not hold; name "
+                               f"their folder with --objects. {where}")
+    settings = Settings(parse_scenario(run["scenario"], str(folder / RUN)), catalog.folder.resolve(),
+                        run["predictor"], run["seed"], run["renderer"])
+    jobs = spread(names, run["trials"])
+    before = _chosen(folder, jobs, trials)
+    here = describe(settings, jobs, catalog)
+    checks = _stack(run, here)
+    after: dict[int, dict[str, Any]] = {}
+    with closing(carry_out(settings, [jobs.job(t) for t in before], catalog, executor)) as ended:
+        for record, _ in ended:
+            after[record["trial"]] = record
+    apart = [(before[t], after[t]) for t in before if dump(before[t]) != dump(after[t])]
+    return Rerun([*checks, _verdict(apart, len(before), bool([c for c in checks if c.state is State.NOTE]))],
+                 len(before) - len(apart), len(before))
+
+
+def _chosen(folder: Path, jobs: Jobs, count: int) -> dict[int, dict[str, Any]]:
+    """Records of trials spread evenly over a run; faults that depend on time are left out."""
+    numbers = [line.record["trial"] for line in scan(folder / TRIALS) if _repeatable(line.record)]
+    if not numbers:
+        raise ResultsError(f"{folder} holds no trial that could be repeated.")
+    numbers.sort()
+    step = max(1, len(numbers) // count)
+    wanted = set(numbers[step // 2::step][:count])
+    chosen = {}
+    for line in scan(folder / TRIALS):
+        record = line.record
+        if record["trial"] in wanted:
+            job: Job | None = jobs.job(record["trial"]) if record["trial"] < jobs.total else None
+            if job is None or job.object != record["object"]:
+                raise ResultsError(f"{folder} holds trial {record['trial']} on {record['object']}, which is "
+                                   f"none of its {RUN}'s; its files were mixed up.")
+            chosen[record["trial"]] = record
+    return dict(sorted(chosen.items()))
+
+
+def _repeatable(record: dict[str, Any]) -> bool:
+    return record["outcome"] not in (Outcome.TIMEOUT, Outcome.ERROR)
+
+
+def _stack(run: dict[str, Any], here: dict[str, Any]) -> list[Check]:
+    """What differs between then and now, and what that means."""
+    found = differences(run, here, ("scenario", "objects", "weights", "versions", "renderer", *ORIGIN),
+                        ("then", "now"))
+    if not found:
+        return [Check("Stack", State.OK, "objects, weights, versions, renderer and processor are the run's")]
+    return [Check(key.capitalize(), State.NOTE, f"{words}: {MEANINGS[key]}") for key, words in found.items()]
+
+
+def _verdict(apart: list[tuple[dict[str, Any], dict[str, Any]]], tried: int, explained: bool) -> Check:
+    if not apart:
+        return Check("Trials", State.OK, f"{tried} of {tried} gave the same bytes again")
+    shown = "; ".join(f"trial {b['trial']} ({b['object']}): {_apart(b, a)}" for b, a in apart[:5])
+    more = f"; and {len(apart) - 5} more" if len(apart) > 5 else ""
+    ends = sum(b["outcome"] != a["outcome"] for b, a in apart)
+    cause = ("the differences above can explain it" if explained else
+             "nothing explains it: the files were edited, the predictor draws numbers of its own, or one of "
+             "the machines computes wrongly")
+    return Check("Trials", State.BAD, f"{len(apart)} of {tried} differ, {ends} in their outcome; {cause}. "
+                                      f"{shown}{more}")
+
+
+def _apart(before: dict[str, Any], after: dict[str, Any]) -> str:
+    if before["outcome"] != after["outcome"]:
+        return f"{before['outcome']} then, {after['outcome']} now"
+    return ", ".join(k for k in dict.fromkeys([*before, *after]) if before.get(k) != after.get(k))

@@ -4,7 +4,15 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: bench test check build docs objects clean
+# What the gate tries: every seventh object and more, an upper bound and the shipped network.
+GATE_OBJECTS := adjustable_wrench,balloon_whisk,bottle_opener,carabiner,chef_knife,combination_pliers,croissant,$\
+	dumbbell,espresso_cup,french_press,hair_dryer,hex_key,juice_box,lemon_squeezer,milk_carton,$\
+	needle_nose_pliers,paint_brush,pepper_mill,power_plug,salt_shaker,soup_ladle,$\
+	stubby_phillips_screwdriver,telephone_handset,toy_boat
+GATE_PREDICTORS := oracle htc-grasp
+GATE_RUN = $(BIN)/grasp-bench run --objects $(GATE_OBJECTS) --trials 24 --quiet --max-errors 24 --predictor
+
+.PHONY: bench test check build docs objects gate gate-objects baseline clean
 
 $(STAMP): pyproject.toml constraints.txt
 	test -d $(VENV) || $(PYTHON) -m venv $(VENV)
@@ -34,5 +42,23 @@ docs: $(STAMP)
 objects: $(STAMP)
 	$(BIN)/grasp-bench objects build
 
+# Did the rate drop? Against the committed baseline, 24 trials a predictor: enough to see something break (five
+# trials lost and none gained), not a drop of some points. Paired and statistical rather than exact, because a
+# network's last digits depend on the processor.
+gate: $(STAMP)
+	rm -rf results/gate
+	set -e; for p in $(GATE_PREDICTORS); do \
+	  $(GATE_RUN) $$p --out results/gate/$$p; \
+	  $(BIN)/grasp-bench check results/gate/$$p --baseline results/baseline/$$p --margin 0.15; \
+	done
+
+gate-objects:
+	@echo objects=$(GATE_OBJECTS)
+
+# Makes the gate's baseline anew; commit results/baseline with the change that moved it, and say why.
+baseline: $(STAMP)
+	rm -rf results/baseline
+	set -e; for p in $(GATE_PREDICTORS); do $(GATE_RUN) $$p --out results/baseline/$$p; done
+
 clean:
-	rm -rf dist build site .pytest_cache .ruff_cache
+	rm -rf dist build site results/gate .pytest_cache .ruff_cache

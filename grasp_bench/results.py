@@ -181,7 +181,9 @@ def join(sources: Sequence[Path], target: Path) -> None:
     if list(sources) == [target] and target.is_file() and bool(np.all(np.diff(lines[:, 0]) > 0)):
         return
     lines = lines[np.argsort(lines[:, 0], kind="stable")]
-    lines = lines[np.append(lines[1:, 0] != lines[:-1, 0], [True] * (len(lines) > 0))]
+    is_last = np.ones(len(lines), dtype=bool)
+    is_last[:-1] = lines[1:, 0] != lines[:-1, 0]
+    lines = lines[is_last]
     with ExitStack() as stack:
         new = stack.enter_context(replacing(target))
         files = [stack.enter_context(p.open("rb")) if p.is_file() else None for p in sources]

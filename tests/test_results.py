@@ -66,6 +66,14 @@ def test_a_finished_run_is_in_trial_order(tmp_path: Path) -> None:
     assert not list(tmp_path.glob("*.tmp"))
 
 
+def test_a_run_without_timings_is_finished_all_the_same(tmp_path: Path) -> None:
+    write(tmp_path, [1, 0])
+    (tmp_path / "timings.jsonl").unlink()
+    write(tmp_path, [], finish=True)
+    assert [r["trial"] for r in read_lines(tmp_path / "trials.jsonl")[0]] == [0, 1]
+    assert (tmp_path / "timings.jsonl").read_bytes() == b""
+
+
 def test_of_timings_of_a_repeated_trial_the_last_are_kept(tmp_path: Path) -> None:
     write(tmp_path, [1])
     with (tmp_path / "timings.jsonl").open("a") as file:  # a kill between the two files

@@ -8,7 +8,7 @@ from types import TracebackType
 
 import psutil
 
-PERIOD = 0.2
+PERIOD = 0.5
 """Seconds between two looks."""
 
 
@@ -50,22 +50,28 @@ class MemoryGuard:
     def _watch(self) -> None:
         me = psutil.Process()
         while not self._stop.wait(PERIOD):
-            for child in me.children():
-                family = [child, *_descendants(child)]
+            for child, family in _families(me).items():
                 used = sum(map(_resident, family))
                 if used > self.limit:
                     self.last = (f"the worker took {used / 2**30:.1f} GiB of memory, more than the "
                                  f"{self.limit / 2**30:.1f} GiB allowed")
-                    self._ended[child.pid] = self.last
+                    self._ended[child] = self.last
                     for process in family:
                         _kill(process)
 
 
-def _descendants(process: psutil.Process) -> list[psutil.Process]:
-    try:
-        return process.children(recursive=True)
-    except psutil.Error:
-        return []
+def _families(parent: psutil.Process) -> dict[int, list[psutil.Process]]:
+    """A process's children, each with its descendants, by the child's id; looks at all processes once."""
+    families: dict[int, list[psutil.Process]] = {}
+    child_of: dict[int, int] = {}
+    for process in parent.children(recursive=True):  # parents come before their children
+        try:
+            above = process.ppid()
+        except psutil.Error:
+            continue
+        child_of[process.pid] = process.pid if above == parent.pid else child_of.get(above, process.pid)
+        families.setdefault(child_of[process.pid], []).append(process)
+    return families
 
 
 def _resident(process: psutil.Process) -> int:

@@ -122,3 +122,38 @@ def test_depth_zero_marks_invalid_pixels() -> None:
 def test_an_image_refuses_wrong_shapes_types_and_values(changed, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         picture(**changed)
+
+
+# ---------------------------------------------------------------- any camera, not one
+
+cameras = st.builds(
+    lambda width, height, f, squeeze, cx, cy: Intrinsics(width, height, f, f * squeeze, cx * width,
+                                                         cy * height),
+    st.integers(1, 4096), st.integers(1, 4096), st.floats(20, 5000), st.floats(0.5, 2), st.floats(0, 1),
+    st.floats(0, 1))
+
+
+@given(cameras, st.floats(0, 1), st.floats(0, 1), st.floats(0.1, 5), point, point, point)
+def test_a_pixel_comes_back_from_the_world_through_any_camera(k, u, v, depth, eye, target, up) -> None:
+    view = np.subtract(target, eye)
+    assume(np.linalg.norm(view) > 0.1 and np.linalg.norm(np.cross(view, up)) > 0.1)
+    pose = CameraPose.look_at(eye, target, up)
+    pixel = [u * k.width, v * k.height]
+    there = pose.to_world(k.deproject(pixel, depth))
+    seen = pose.to_camera(there)
+    np.testing.assert_allclose(k.project(seen), pixel, atol=1e-5)
+    assert seen[2] == pytest.approx(depth, abs=1e-9)
+    assert np.linalg.norm(there - pose.position) >= depth - 1e-9  # z-depth is never longer than the range
+
+
+@given(cameras)
+def test_intrinsics_come_back_from_their_matrix(k) -> None:
+    m = k.matrix
+    assert Intrinsics(k.width, k.height, m[0, 0], m[1, 1], m[0, 2], m[1, 2]) == k
+
+
+@given(st.integers(1, 4096), st.integers(1, 4096), st.floats(math.radians(6), math.radians(169)))
+def test_the_image_spans_its_field_of_view(width: int, height: int, fov: float) -> None:
+    k = Intrinsics.from_fov(width, height, fov)
+    left, right = k.deproject([[0, 0], [width, 0]], [1, 1])
+    assert math.atan(right[0]) - math.atan(left[0]) == pytest.approx(fov)

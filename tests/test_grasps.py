@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from grasp_bench.grasps import (
@@ -233,3 +233,45 @@ def test_iou_does_not_change_when_both_rectangles_turn(grasp: Grasp, turn: float
     assume(before > 0.01)
     after = rectangle_iou(grasp.rectangle() @ rotation, other.rectangle() @ rotation)
     assert after == pytest.approx(before, abs=1e-6)
+
+
+# ---------------------------------------------------------------- maps and peaks of any kind
+
+@given(st.integers(0, 2**32), st.integers(1, 60), st.integers(1, 60), st.integers(1, 12), st.integers(1, 15))
+def test_peaks_of_any_maps_are_sound_grasps_apart_and_in_order(
+        seed: int, height: int, width: int, count: int, apart: int) -> None:
+    rng = np.random.default_rng(seed)
+    quality = rng.uniform(-0.5, 1.5, (height, width)).astype(np.float32).round(1)  # with plateaus
+    maps = GraspMaps(quality, *rng.normal(0, 5, (3, height, width)).astype(np.float32))
+    found = maps.peaks(count=count, min_distance=apart, threshold=0.3)
+    assert len(found) <= count
+    assert bool(found) == bool((quality > 0.3).any())
+    for g in found:
+        assert 0 < g.x < width
+        assert 0 < g.y < height
+        assert -math.pi / 2 < g.angle <= math.pi / 2
+        assert g.width >= 1
+        assert 0 <= g.quality <= 1
+    raw = [quality[int(g.y), int(g.x)] for g in found]
+    assert raw == sorted(raw, reverse=True)
+    assert not found or raw[0] == quality.max()
+    for i, a in enumerate(found):
+        assert all(max(abs(a.x - b.x), abs(a.y - b.y)) > apart for b in found[:i])
+
+
+@settings(max_examples=15)
+@given(st.floats(50, 80), st.floats(50, 80), angles, st.floats(25, 80))
+def test_the_best_peak_of_a_grasps_maps_is_that_grasp(x: float, y: float, angle: float, width: float) -> None:
+    grasp = Grasp(x, y, wrap_angle(angle), width)
+    best = GraspMaps.from_grasps([grasp], (130, 130)).smoothed().peaks()[0]
+    assert math.hypot(best.x - x, best.y - y) < width / 4 + 1.5  # the filled third is a plateau
+    assert angle_difference(best.angle, angle) < 0.02
+    assert best.width == pytest.approx(width, rel=0.1)
+
+
+@given(grasps)
+def test_turning_a_grasp_by_half_a_turn_changes_nothing(grasp: Grasp) -> None:
+    turned = Grasp(grasp.x, grasp.y, grasp.angle + math.pi, grasp.width)
+    assert rectangle_iou(grasp.rectangle(), turned.rectangle()) == pytest.approx(1)
+    assert is_correct(turned, [grasp])
+    np.testing.assert_allclose(np.sort(turned.ends(), 0), np.sort(grasp.ends(), 0), atol=1e-9)

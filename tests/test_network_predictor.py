@@ -180,3 +180,60 @@ def test_diverged_weights_are_not_stored(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="diverged"):
         save(network, tmp_path / "w.safetensors", {})
     assert not list(tmp_path.iterdir())
+
+
+# --- hostile weights ----------------------------------------------------------------------
+
+def raw(header: bytes | dict, data: bytes = b"", length: int | None = None) -> bytes:
+    """A safetensors file that says whatever it is told to."""
+    text = header if isinstance(header, bytes) else json.dumps(header).encode()
+    return (len(text) if length is None else length).to_bytes(8, "little") + text + data
+
+
+def entry(shape: list[int], start: int, end: int, kind: str = "F32") -> dict:
+    return {"dtype": kind, "shape": shape, "data_offsets": [start, end]}
+
+
+@pytest.mark.parametrize("content", [
+    b"", b"\x80\x02cos\nsystem\n(S'true'\ntR.", b"PK\x03\x04" + bytes(100),
+    raw({}, length=2**63), raw({}, length=10**8), raw({}, length=3), raw(b"{" * 100), raw(b"[]"),
+    raw(b'{"a": 1}'), raw(b"\xff\xfe{}"),
+    raw({"head.bias": entry([4], 0, 16)}), raw({"head.bias": entry([10**12], 0, 16)}, bytes(16)),
+    raw({"head.bias": entry([4], 16, 0)}, bytes(16)), raw({"head.bias": entry([4], -16, 0)}, bytes(16)),
+    raw({"a": entry([4], 0, 16), "b": entry([4], 8, 24)}, bytes(24)),
+    raw({"head.bias": entry([4], 0, 16, "PYOBJ")}, bytes(16)),
+    raw({"__metadata__": {"grasp_bench": "{"}, "head.bias": entry([4], 0, 16)}, bytes(16)),
+    raw({"__metadata__": {"grasp_bench": "[1]"}, "head.bias": entry([4], 0, 16)}, bytes(16)),
+    raw({"__metadata__": {"grasp_bench": "[" * 100_000}, "head.bias": entry([4], 0, 16)}, bytes(16)),
+    raw({"__metadata__": {"grasp_bench": 7}, "head.bias": entry([4], 0, 16)}, bytes(16)),
+])
+def test_hostile_weights_are_refused_with_their_name(content: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "gg-cnn.safetensors"
+    path.write_bytes(content)
+    with pytest.raises(AssetError, match=r"gg-cnn\.safetensors"):
+        load("gg-cnn", path)
+
+
+@pytest.mark.parametrize(("value", "message"), [
+    (torch.full((4,), float("inf")), "not finite"), (torch.ones(4, dtype=torch.int64), "holds int64"),
+    (torch.ones(4, dtype=torch.bool), "holds bool"), (torch.ones(4, dtype=torch.uint8), "holds uint8")])
+def test_weights_of_the_wrong_kind_of_number(
+        value: torch.Tensor, message: str, weights, tmp_path: Path) -> None:
+    path = tmp_path / "gg-cnn.safetensors"
+    save_file(load_file(weights["gg-cnn"]) | {"head.bias": value}, path)
+    with pytest.raises(AssetError, match=message):
+        load("gg-cnn", path)
+
+
+def test_weights_of_the_same_shapes_but_another_architecture(weights, tmp_path: Path) -> None:
+    path = tmp_path / "gg-cnn.safetensors"
+    renamed = {key.replace("head", "tail"): value for key, value in load_file(weights["gg-cnn"]).items()}
+    save_file(renamed, path)
+    with pytest.raises(AssetError, match="does not fit network 'gg-cnn'"):
+        load("gg-cnn", path)
+
+
+def test_a_folder_is_no_weights(tmp_path: Path) -> None:
+    (tmp_path / "gg-cnn.safetensors").mkdir()
+    with pytest.raises(AssetError, match=r"gg-cnn\.safetensors are missing"):
+        load("gg-cnn", tmp_path / "gg-cnn.safetensors")

@@ -110,6 +110,9 @@ def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]
             raise AssetError(
                 f"{path} does not fit network {name!r}: {key} has shape {tuple(tensors[key].shape)}, not "
                 f"{tuple(value.shape)}; train again or fetch the file of this version.")
+        if tensors[key].is_floating_point() != value.is_floating_point():
+            raise AssetError(f"{path} does not fit network {name!r}: {key} holds {_kind(tensors[key])}, not "
+                             f"{_kind(value)}; train again or fetch the file of this version.")
         if not torch.isfinite(tensors[key].float()).all():
             raise AssetError(f"{path}: {key} has values that are not finite; fetch or train the file again.")
     network.load_state_dict({k: v.to(wanted[k].dtype) for k, v in tensors.items()})
@@ -138,6 +141,10 @@ def add_to_manifest(path: Path) -> None:
     manifest.write_text(json.dumps(known, indent=2, sort_keys=True) + "\n", encoding="utf-8")
 
 
+def _kind(tensor: torch.Tensor) -> str:
+    return str(tensor.dtype).removeprefix("torch.")
+
+
 def _read(path: Path) -> tuple[dict[str, torch.Tensor], dict[str, Any]]:
     if not path.is_file():
         raise AssetError(f"Weights {path} are missing; train them with `grasp-bench train --predictor "
@@ -145,7 +152,9 @@ def _read(path: Path) -> tuple[dict[str, torch.Tensor], dict[str, Any]]:
     try:
         with safe_open(path, framework="pt") as file:
             metadata = json.loads((file.metadata() or {}).get(_KEY, "{}"))
+            if not isinstance(metadata, dict):
+                raise ValueError(f"its metadata {_KEY!r} is no JSON object")
             return {key: file.get_tensor(key) for key in file.keys()}, metadata  # noqa: SIM118
-    except (SafetensorError, OSError, ValueError) as error:
+    except (SafetensorError, OSError, ValueError, RecursionError) as error:
         raise AssetError(f"{path} is truncated or not a safetensors file ({error}); "
                          f"fetch or train it again.") from error

@@ -78,9 +78,13 @@ class Row:
 
 def samples() -> list[Sample]:
     """The images: a rendered scene, and what a camera may deliver on a bad day."""
+    return [rendered_scene(), *plain_samples()]
+
+
+def plain_samples() -> list[Sample]:
+    """Those that are drawn and not rendered."""
     rng = np.random.default_rng(7)
     return [
-        rendered_scene(),
         _plain("empty table", rng, 480, 640),
         _plain("no depth at all", rng, 480, 640, holes=1.0),
         _plain("60 % holes, a box", rng, 480, 640, holes=0.6, box=True),

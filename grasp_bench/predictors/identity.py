@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import hashlib
 import json
 import shlex
@@ -13,7 +12,7 @@ from typing import Any
 
 from grasp_bench.errors import PredictorError
 from grasp_bench.paths import assets_dir
-from grasp_bench.predictors import ADDRESSES, BUILT_IN, COMMAND, load_predictor, python_path
+from grasp_bench.predictors import ADDRESSES, BUILT_IN, COMMAND, installed, load_predictor, python_path
 
 
 def identify(name: str, predictor: object = None) -> dict[str, Any] | None:
@@ -60,9 +59,9 @@ def describe(name: str, predictor: object) -> dict[str, Any]:
     elif not name.startswith(ADDRESSES):
         module = python_path(name).partition(":")[0]
         facts["files"] = sources(module) | sources(type(predictor).__module__)
-        distribution = _distributions().get(module.partition(".")[0])
+        distribution = _distribution(name, module)
         if distribution:
-            facts["distribution"] = f"{distribution[0]} {version(distribution[0])}"
+            facts["distribution"] = distribution
     info = getattr(predictor, "info", None)
     if callable(info):
         facts["info"] = _plain(name, info)
@@ -82,12 +81,13 @@ def sources(module_name: str) -> dict[str, str]:
     folder = Path(file).resolve().parents[module_name.count(".") + (Path(file).name == "__init__.py")]
     found = {Path(file).resolve()}
     for name, other in list(sys.modules.items()):
-        path = getattr(other, "__file__", None)
-        if path is None or name.partition(".")[0] == "grasp_bench" or not str(path).endswith(".py"):
+        path = str(getattr(other, "__file__", None))
+        if name.partition(".")[0] in ("grasp_bench", "__main__") or not path.endswith(".py") or (
+                "site-packages" in path):
             continue
-        path = Path(path).resolve()
-        if path.is_relative_to(folder) and "site-packages" not in path.parts and name != "__main__":
-            found.add(path)
+        neighbour = Path(path).resolve()
+        if neighbour.is_relative_to(folder) and neighbour.is_file():  # some modules name no real file
+            found.add(neighbour)
     return {path.relative_to(folder).as_posix(): _digest(path) for path in sorted(found)}
 
 
@@ -96,14 +96,20 @@ def _plain(name: str, info: Any) -> Any:
         return json.loads(json.dumps(info(), allow_nan=False))
     except PredictorError:
         raise
-    except Exception as error:  # a foreign method, or something that is not JSON
+    except (Exception, SystemExit) as error:  # a foreign method, or something that is not JSON
         raise PredictorError(f"info() of {name} failed or is not JSON: "
                              f"{type(error).__name__}: {error}") from error
 
 
-@functools.cache
-def _distributions() -> dict[str, list[str]]:
-    return {module: sorted(set(names)) for module, names in packages_distributions().items()}
+def _distribution(name: str, module_name: str) -> str | None:
+    """Name and version of the package that an installed module came with."""
+    for point in installed().get(name, []):
+        return f"{point.dist.name} {point.dist.version}" if point.dist else None
+    file = getattr(sys.modules.get(module_name), "__file__", None) or ""
+    if "site-packages" not in Path(file).parts:
+        return None
+    found = packages_distributions().get(module_name.partition(".")[0])
+    return f"{found[0]} {version(found[0])}" if found else None
 
 
 def _digest(path: Path) -> str:

@@ -1,4 +1,4 @@
-"""Makes the pictures of README and docs: ``python docs/make_images.py [arm trial objects]``."""
+"""Makes the pictures of README and docs: ``python docs/make_images.py [arm trial objects gallery]``."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ import numpy as np  # noqa: E402
 from PIL import Image, ImageDraw  # noqa: E402
 
 from grasp_bench.objects.catalog import Catalog  # noqa: E402
+from grasp_bench.objects.gallery import gallery_sheet  # noqa: E402
+from grasp_bench.objects.model import FAMILIES  # noqa: E402
 from grasp_bench.objects.pictures import contact_sheet  # noqa: E402
 from grasp_bench.predictors import load_predictor  # noqa: E402
 from grasp_bench.scenario import load_scenario  # noqa: E402
@@ -101,7 +103,18 @@ def objects() -> None:
     sheet.convert("RGB").save(IMAGES / "objects.jpg", quality=85)
 
 
+def gallery() -> None:
+    """Every object from two sides with its convex pieces and its grasp, a sheet a family."""
+    catalog = Catalog()
+    for family in FAMILIES:
+        names = sorted((n for n, e in catalog.entries.items() if e["family"] == family),
+                       key=lambda n: (catalog.entries[n]["category"], n))
+        sheet = gallery_sheet([catalog.load(n) for n in names])
+        sheet.save(IMAGES / f"gallery-{family}.webp", quality=82, method=6)
+
+
 if __name__ == "__main__":
     IMAGES.mkdir(exist_ok=True)
-    for name in sys.argv[1:] or ("arm", "trial", "objects"):
-        {"arm": arm, "trial": trial, "objects": objects}[name]()
+    makers = {"arm": arm, "trial": trial, "objects": objects, "gallery": gallery}
+    for name in sys.argv[1:] or makers:
+        makers[name]()

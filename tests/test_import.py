@@ -441,8 +441,38 @@ YCB = Path(os.environ.get("GRASP_BENCH_YCB", Path(__file__).parents[2] / "shared
 real = pytest.mark.skipif(not YCB.is_dir(), reason=f"no YCB scans in {YCB} (set GRASP_BENCH_YCB)")
 
 
-def ycb_shape(name: str, out: Path) -> tuple[dict, Path]:
+def ycb_import(name: str, out: Path) -> dict[str, Any]:
     with (YCB / "masses.csv").open() as file:
         mass = next(float(r["mass_kg"]) for r in csv.DictReader(file) if r["name"] == name)
-    import_shape(Job(name, YCB / name / "textured.obj", YCB / name, Options(mass=mass)), out)
-    return json.loads((out / name / "shape.json").read_text()), out / name
+    return importer.import_one(Job(name, YCB / name / "textured.obj", YCB / name, Options(mass=mass)), out).details
+
+
+@real
+@pytest.mark.parametrize("name", ["banana", "bowl", "tomato_soup_can"])
+def test_real_scans_rest_as_they_were_scanned_and_are_lifted(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    from grasp_bench.objects import poses
+    from grasp_bench.predictors import load_predictor
+    from grasp_bench.scenario import load_scenario
+    from grasp_bench.trial import Workcell, run_trial
+
+    monkeypatch.setattr(poses, "TRIED", 5)
+    details = ycb_import(name, tmp_path)
+    assert details["faces"] >= 16_000
+    assert details["hulls"] <= MAX_HULLS
+    footing, cavity = details["measured"]["footing"], details["measured"]["cavity"]
+    assert max(footing["gap"], footing["sunk"], *map(abs, footing["extents"])) < 2  # mm
+    write_manifest(tmp_path)
+    model = Catalog(tmp_path).load(name)
+    assert max(len(h) for h in model.hulls) <= MAX_VERTICES
+    if name == "bowl":
+        assert cavity["hulls"] > 0.85 * cavity["scan"] > 400  # ml
+        assert any(not p.grasps for p in model.poses)  # upside down it does not fit the gripper
+        shown = np.vstack([p.vertices for p in model.visual])
+        axis = shown[:, :2].min(0) / 2 + shown[:, :2].max(0) / 2
+        bottom = shown[np.linalg.norm(shown[:, :2] - axis, axis=1) < 0.004][:, 2].max()
+        ray = np.column_stack([np.tile(axis, (40, 1)), np.linspace(shown[:, 2].max(), bottom + 0.003, 40)])
+        assert not inside_hulls(model.hulls, ray).any()
+    cell, oracle = Workcell(load_scenario("table4")), load_predictor("oracle")
+    done = [run_trial(cell, model, oracle, trial=i, attempt=i, seed=0).record for i in range(2)]
+    assert all(r.success for r in done), [r.detail for r in done]

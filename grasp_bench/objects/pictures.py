@@ -21,44 +21,49 @@ VIEWS = ((-35.0, 130.0), (-60.0, 220.0))
 """Elevation and azimuth of the two standard views [degrees]."""
 
 
-def _scene(parts: list[VisualPart], rotation: np.ndarray) -> tuple[mujoco.MjModel, np.ndarray]:
-    """Model of the parts on a light floor, scaled so that the object's diagonal is 1, and its centre."""
+def scene_of(parts: list[VisualPart], rotation: np.ndarray,
+             reach: np.ndarray | None = None) -> tuple[mujoco.MjSpec, float, np.ndarray]:
+    """Parts on a light floor, scaled so that the diagonal is 1.
+
+    Args:
+        parts: of the object.
+        rotation: (3, 3) of the object.
+        reach: (N, 3) further points, in the rotated axes, that the pictures must show.
+
+    Returns:
+        The specification, the scale, and the middle of what is shown.
+    """
     spec = mujoco.MjSpec()
     spec.visual.global_.offwidth = spec.visual.global_.offheight = 4 * TILE
     spec.visual.headlight.ambient = [0.45, 0.45, 0.45]
     spec.visual.headlight.diffuse = [0.45, 0.45, 0.45]
     spec.visual.quality.shadowsize = 2048
     cloud = np.vstack([p.vertices @ rotation.T for p in parts])
+    floor = float(cloud[:, 2].min())
+    cloud = cloud if reach is None else np.vstack([cloud, reach])
     low, high = cloud.min(0), cloud.max(0)
-    extent = float(np.linalg.norm(high - low))
-    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[5, 5, 0.1], pos=[0, 0, low[2] / extent],
+    scale = 1 / float(np.linalg.norm(high - low))
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[25, 25, 0.1], pos=[0, 0, floor * scale],
                             rgba=[0.93, 0.93, 0.91, 1])
     spec.worldbody.add_light(pos=[-1.5, -2, 4], dir=[0.35, 0.45, -0.9], diffuse=[0.5, 0.5, 0.5],
                              castshadow=True)
     for i, part in enumerate(parts):
-        spec.add_mesh(name=f"p{i}", uservert=(part.vertices @ rotation.T / extent).ravel(),
+        spec.add_mesh(name=f"p{i}", uservert=(part.vertices @ rotation.T * scale).ravel(),
                       userface=np.asarray(part.faces).ravel(),
                       inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
         spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=f"p{i}", rgba=[*part.rgb, 1],
                                 contype=0, conaffinity=0)
-    return spec.compile(), (low + high) / 2 / extent
+    return spec, scale, (low + high) / 2 * scale
 
 
-def render_parts(parts: list[VisualPart], views: tuple[tuple[float, float], ...] = VIEWS, size: int = TILE,
-                 rotation: np.ndarray | None = None) -> list[Image.Image]:
-    """Pictures (size × size) of coloured parts from each (elevation, azimuth) in degrees.
-
-    Args:
-        parts: of the object.
-        views: camera directions.
-        size: edge of a picture in pixels.
-        rotation: (3, 3) of the object before it is put on the floor; upright when None.
+def shoot(model: mujoco.MjModel, centre: np.ndarray, views: tuple[tuple[float, float], ...],
+          size: int) -> list[Image.Image]:
+    """Pictures (size × size) of a scene of :func:`scene_of` from each (elevation, azimuth) in degrees.
 
     Raises:
         GraspBenchError: where no OpenGL can be had.
     """
     with_gl()
-    model, centre = _scene(parts, np.eye(3) if rotation is None else rotation)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     try:
@@ -75,6 +80,24 @@ def render_parts(parts: list[VisualPart], views: tuple[tuple[float, float], ...]
             renderer.update_scene(data, camera)
             pictures.append(Image.fromarray(renderer.render()).resize((size, size), Image.Resampling.LANCZOS))
     return pictures
+
+
+def render_parts(parts: list[VisualPart], views: tuple[tuple[float, float], ...] = VIEWS, size: int = TILE,
+                 rotation: np.ndarray | None = None) -> list[Image.Image]:
+    """Pictures (size × size) of coloured parts from each (elevation, azimuth) in degrees.
+
+    Args:
+        parts: of the object.
+        views: camera directions.
+        size: edge of a picture in pixels.
+        rotation: (3, 3) of the object before it is put on the floor; upright when None.
+
+    Raises:
+        GraspBenchError: where no OpenGL can be had.
+    """
+    with_gl()
+    spec, _, centre = scene_of(parts, np.eye(3) if rotation is None else rotation)
+    return shoot(spec.compile(), centre, views, size)
 
 
 def object_picture(model: ObjectModel, size: int = 2 * TILE) -> Image.Image:
@@ -108,7 +131,8 @@ def traced_parts(parts: list[VisualPart], view: tuple[float, float], size: int =
     from grasp_bench.camera import CameraPose, Intrinsics
     from grasp_bench.scene.rendering import raycast
 
-    model, centre = _scene(parts, np.eye(3))
+    spec, _, centre = scene_of(parts, np.eye(3))
+    model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     elevation, azimuth = np.radians(view)

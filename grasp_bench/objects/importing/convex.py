@@ -8,11 +8,12 @@ from __future__ import annotations
 from dataclasses import asdict
 
 import numpy as np
+import trimesh
+from numpy.typing import NDArray
 
 from grasp_bench.objects.decompose import (
     BOUNDS,
     MAX_HULLS,
-    MAX_VERTICES,
     DecompositionError,
     compare,
     reduce_hull,
@@ -20,11 +21,17 @@ from grasp_bench.objects.decompose import (
 from grasp_bench.objects.importing.folder import RefusedError
 from grasp_bench.objects.shapes import Mesh, hull, scale
 
+Floats = NDArray[np.float64]
+
 CONVEX = 0.97
 """A solid that fills this share of its hull, and is nowhere :data:`CONVEX_DEPTH` off it, is convex."""
 CONVEX_DEPTH = 0.002
-THRESHOLDS = (0.06, 0.035, 0.1)
-"""CoACD concavities tried in turn, until one is within bounds."""
+THRESHOLDS = (0.06, 0.03)
+"""CoACD concavities; the finer one is tried where the first leaves pieces unused and a gap to close."""
+FEW, NEAR = 16, 0.0015
+"""With fewer pieces than this, and the surface this far off somewhere [m], the finer concavity is tried."""
+SHRUNK = 0.98
+"""Hulls that lose more of their volume than this when vertices are dropped are swollen to it again."""
 ADDED = 0.003
 """Walls may become thicker by this on each side, on average [m]: what thin walls are held to, whose
 volume a millimetre more multiplies."""
@@ -36,7 +43,7 @@ def decompose_whole(solid: Mesh) -> tuple[list[Mesh], DecompositionError]:
     Raises:
         RefusedError: where no setting keeps within bounds.
     """
-    own = reduce_hull(np.asarray(solid.vertices))
+    own = few_vertices(np.asarray(solid.vertices))
     error = compare(solid, [own])
     if solid.volume > CONVEX * hull(solid).volume and error.max_distance < CONVEX_DEPTH:
         return [own], error
@@ -44,11 +51,14 @@ def decompose_whole(solid: Mesh) -> tuple[list[Mesh], DecompositionError]:
     for threshold in THRESHOLDS:
         hulls = _coacd(solid, threshold)
         found.append((hulls, compare(solid, hulls)))
-        if not beyond(found[-1][1], solid):
-            return found[-1]
-    _, best = min(found, key=lambda f: f[1].mean_distance)
+        if not beyond(found[-1][1], solid) and (len(hulls) >= FEW or found[-1][1].max_distance < NEAR):
+            break
+    sound = [f for f in found if not beyond(f[1], solid)]
+    if sound:
+        return min(sound, key=lambda f: f[1].mean_distance)
+    worst = found[-1][1]
     raise RefusedError(f"no decomposition into {MAX_HULLS} convex pieces stays near the shape: "
-                       f"{', '.join(beyond(best, solid))} ({asdict(best)})")
+                       f"{', '.join(beyond(worst, solid))} ({asdict(worst)})")
 
 
 def beyond(error: DecompositionError, solid: Mesh) -> list[str]:
@@ -69,6 +79,18 @@ def _coacd(solid: Mesh, threshold: float) -> list[Mesh]:
     pieces = coacd.run_coacd(
         coacd.Mesh(np.asarray(mesh.vertices), np.asarray(mesh.faces)), threshold=threshold,
         max_convex_hull=MAX_HULLS, preprocess_mode="off", mcts_nodes=10, mcts_iterations=60,
-        mcts_max_depth=2, resolution=1000, merge=True, decimate=True, max_ch_vertex=MAX_VERTICES, seed=0)
-    hulls = [reduce_hull(np.asarray(v, float)) for v, _ in pieces]
-    return [scale(h, 0.001) for h in hulls if h.volume > 1e-3]
+        # CoACD's own decimation cuts tips off by millimetres.
+        mcts_max_depth=2, resolution=1000, merge=True, decimate=False, seed=0)
+    hulls = [few_vertices(np.asarray(v, float) / 1000) for v, _ in pieces]
+    return [h for h in hulls if h.volume > 1e-12]
+
+
+def few_vertices(points: Floats) -> Mesh:
+    """Hull of (N, 3) points with at most 64 vertices; round ones keep their volume, not their girth."""
+    reduced = reduce_hull(points)
+    whole = trimesh.convex.convex_hull(points).volume
+    if reduced.volume > SHRUNK * whole:
+        return reduced
+    centre = reduced.center_mass
+    factor = (whole / reduced.volume) ** (1 / 3)
+    return Mesh((reduced.vertices - centre) * factor + centre, reduced.faces, process=False)

@@ -30,7 +30,7 @@ from grasp_bench.objects.shapes import Mesh, hull
 
 Floats = NDArray[np.float64]
 
-IMPORT_VERSION = 1
+IMPORT_VERSION = 2
 """Raise when imports would come out otherwise, so that all are made again."""
 MASSES = (0.001, 5.0)
 """What the arm can carry, gripper aside, and what contacts are stable with [kg]."""
@@ -294,16 +294,20 @@ def import_all(jobs: Sequence[Job], out: Path, workers: int, timeout: float) -> 
     out.mkdir(parents=True, exist_ok=True)
     with ProcessPool(max_workers=workers) as pool:
         futures: dict[Future[Report], Job] = {pool.submit(import_one, timeout, j, out): j for j in jobs}
-        for future in as_completed(futures):
-            name = futures[future].name
-            try:
-                yield future.result()
-                continue
-            except TimeoutError:
-                why = f"not done after {timeout:.0f} s; raise --timeout, or simplify it"
-            except ProcessExpired as error:
-                why = f"its process died ({error.exitcode}): the mesh upset a library"
-            except Exception as error:  # one bad object must not stop the others
-                why = str(error) or type(error).__name__
-            (out / name / "object.json").unlink(missing_ok=True)  # of an earlier, sounder file
-            yield Report(name, "failed", why)
+        try:
+            for future in as_completed(futures):
+                name = futures[future].name
+                try:
+                    yield future.result()
+                    continue
+                except TimeoutError:
+                    why = f"not done after {timeout:.0f} s; raise --timeout, or simplify it"
+                except ProcessExpired as error:
+                    why = f"its process died ({error.exitcode}): the mesh upset a library"
+                except Exception as error:  # one bad object must not stop the others
+                    why = str(error) or type(error).__name__
+                (out / name / "object.json").unlink(missing_ok=True)  # of an earlier, sounder file
+                yield Report(name, "failed", why)
+        except BaseException:  # interrupted: leaving the pool would wait for all that is queued
+            pool.stop()
+            raise

@@ -444,7 +444,8 @@ real = pytest.mark.skipif(not YCB.is_dir(), reason=f"no YCB scans in {YCB} (set 
 def ycb_import(name: str, out: Path) -> dict[str, Any]:
     with (YCB / "masses.csv").open() as file:
         mass = next(float(r["mass_kg"]) for r in csv.DictReader(file) if r["name"] == name)
-    return importer.import_one(Job(name, YCB / name / "textured.obj", YCB / name, Options(mass=mass)), out).details
+    job = Job(name, YCB / name / "textured.obj", YCB / name, Options(mass=mass))
+    return importer.import_one(job, out).details
 
 
 @real

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from shapely.geometry.base import BaseGeometry
 
+from grasp_bench.objects.household.forms import sectors
 from grasp_bench.objects.model import Part, household
 from grasp_bench.objects.shapes import (
     Floats,
@@ -154,8 +155,9 @@ def iced_donut() -> list[Part]:
         grain = rotate(move(grain, z=14.3), y=tilt)
         grain = move(deform(grain, flatten), x=22)
         sprinkles.append(Part(rotate(grain, z=np.degrees(bearing)), colors[i % 5], "chocolate", "convex"))
-    return [Part(difference(dough, icing), "#c98c4a", "bread", 0.15),
-            Part(icing, "#ee7fa8", "bread", 0.15), *sprinkles]
+    dough = difference(dough, icing)
+    return [*(Part(s, "#c98c4a", "bread", "convex") for s in sectors(dough, 11)),
+            *(Part(s, "#ee7fa8", "bread", "convex") for s in sectors(icing, 11)), *sprinkles]
 
 
 @household(category="chocolate_bar", family="food", mass=0.15, material="chocolate",

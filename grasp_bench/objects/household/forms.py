@@ -65,6 +65,13 @@ def slab(mesh: Mesh, back: float, front: float) -> Mesh:
     return intersection(mesh, move(box(front - back, BIG, BIG), x=(front + back) / 2, z=-BIG / 2))
 
 
+def sectors(mesh: Mesh, count: int) -> list[Mesh]:
+    """A ring about z cut into equal sectors, whose own hulls leave the hole open."""
+    half = np.pi / count
+    wedge = extrude([(0, 0), (BIG, -BIG * np.tan(half)), (BIG, BIG * np.tan(half))], 2 * BIG)
+    return [intersection(mesh, rotate(move(wedge, z=-BIG), z=360 * i / count)) for i in range(count)]
+
+
 def along_x(mesh: Mesh) -> Mesh:
     """Turn what was modelled along z (plane figure in x, y) to point along x (figure in y, z)."""
     return rotate(rotate(mesh, x=90), z=90)

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
 from shapely.geometry import Polygon
 
+from grasp_bench.objects.household.forms import sectors
 from grasp_bench.objects.model import Part, household
 from grasp_bench.objects.shapes import (
     Figure,
@@ -159,11 +160,13 @@ def combination_spanner() -> list[Part]:
     shank = polygon([(-105, -12), (105, -9), (105, 9), (-105, 12)])
     head = place(ellipse(25, 24).difference(figures([stroke([(-3, 0), (-60, 0)], 22), rect(20, 60, x=-29)])),
                  -114, 0, 15)
-    body = union(slab(shank, 8), slab(head, 11), slab(circle(18.5, 118, segments=40), 13))
+    ring = slab(circle(18.5, 0, segments=40), 13)
+    body = difference(union(slab(shank, 8), slab(head, 11)), move(ring, x=118))
     recess = stroke([(-80, 0), (88, 0)], 9)
-    bore = slab(place(star(12, 13, 11.6), 118), 20)
-    body = difference(body, bore, move(extrude(recess, 5), z=2.8), move(extrude(recess, 5), z=-7.8))
-    return [Part(body, STEEL, "steel")]
+    bore = slab(star(12, 13, 11.6), 20)
+    body = difference(body, move(extrude(recess, 5), z=2.8), move(extrude(recess, 5), z=-7.8))
+    return [Part(body, STEEL, "steel"),
+            *(Part(move(s, x=118), STEEL, "steel", "convex") for s in sectors(difference(ring, bore), 12))]
 
 
 @household(category="wrench", family="tools", mass=0.30, material="steel",

@@ -178,7 +178,7 @@ def steam_locomotive() -> list[Part]:
         Part(door, "#d8a531", "wood", "convex"),
         Part(stack, "#26282c", "wood"),
         Part(steam, "#d8a531", "wood", "convex"),
-        Part(difference(cab, window), "#c8352b", "wood", "convex"),
+        Part(difference(cab, window), "#c8352b", "wood"),
         Part(roof, "#26282c", "wood", "convex"),
         Part(catcher, "#c8352b", "wood", "convex"),
         *(Part(r, "#d8a531", "wood", "convex") for r in _both(rod)),

@@ -20,6 +20,7 @@ from grasp_bench.objects.decompose import BOUNDS, MAX_HULLS, MAX_VERTICES, compa
 from grasp_bench.objects.heightfield import CELL, HeightField, analyse, maxima
 from grasp_bench.objects.materials import MATERIALS
 from grasp_bench.objects.model import REGISTRY, ObjectSpec, Part, household
+from grasp_bench.objects.poses import opens_visibly
 from grasp_bench.objects.shapes import Mesh, box, difference, move, scale, sphere
 from grasp_bench.paths import assets_dir
 
@@ -150,6 +151,15 @@ def test_what_is_too_wide_or_too_low_has_no_grasp() -> None:
     plate = analyse(patch((0, 0, 0.11, 0.11, 0.04)), yaws=np.array([0, np.pi / 2]))
     assert plate.quality[30:70, 30:70].max() == 0
     assert maxima(analyse(patch((0, 0, 0.03, 0.03, 0.003))), 5) == []
+
+
+def test_jaws_must_open_wider_than_what_they_pass_by_what_a_camera_can_tell() -> None:
+    tip, across = np.array([0.0, 0.0, 0.012]), np.pi / 2
+    assert opens_visibly(patch((0, 0, 0.12, 0.03, 0.04)), tip, across, 0.036)
+    assert opens_visibly(patch((0, 0, 0.12, 0.074, 0.04)), tip, across, 0.078)
+    assert not opens_visibly(patch((0, 0, 0.12, 0.083, 0.04)), tip, across, 0.084)
+    beside = patch((0, 0, 0.12, 0.03, 0.04), (0, 0.034, 0.12, 0.02, 0.04))  # 9 mm of room, a finger's
+    assert not opens_visibly(beside, tip, across, 0.036)
 
 
 # ---------------------------------------------------------------- models in code

@@ -23,6 +23,7 @@ from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.objects.heightfield import CELL, HeightField
 from grasp_bench.scenario import Scenario
 from grasp_bench.scene.builder import SceneObject, compile_mjcf
+from grasp_bench.scene.ec66 import FINGER_STROKE
 from grasp_bench.scene.floating import FloatingGripper, compose_floating
 from grasp_bench.scene.rendering import SHOWN_GROUPS
 
@@ -43,6 +44,10 @@ SOLID_GROUPS = np.array([1, 1, 1, 1, 0, 0], dtype=np.uint8)
 FINGER_HALF = 0.012
 """Half width of the corridor in which a finger comes down [m]: half a pad of 20 mm, and what the planner
 wants at its sides besides."""
+JAW_HALF = 0.010
+"""Half the width of a pad [m]."""
+SEEN_ROOM = 0.003
+"""The planner's side clearance of 2 mm, and half a pixel on the table [m]."""
 STARS = 1e3
 """Height from which rays are cast so far down that they are parallel [m]."""
 
@@ -104,10 +109,17 @@ def rest(gripper: FloatingGripper, rotation: Floats, model: SceneObject) -> tupl
     return data.qpos[q:q + 3].copy(), data.qpos[q + 3:q + 7].copy()
 
 
-def reference_grasps(gripper: FloatingGripper, position: Floats, rotation: Floats) -> list[dict[str, Any]]:
+def reference_grasps(gripper: FloatingGripper, position: Floats, rotation: Floats,
+                     seen: bool = False) -> list[dict[str, Any]]:
     """Grasps of the resting object that held in physics, best first, in the object's frame.
 
     Those down to which the fingers come with room at their sides, and all where none has it.
+
+    Args:
+        gripper: with the object at rest.
+        position, rotation: of the object.
+        seen: only grasps for which the jaws open so wide that a camera's image shows it; see
+            :func:`opens_visibly`.
     """
     # With the hulls: where they stand out of the true shape, a finger would meet them on its way down.
     field = measure_heights(gripper.model, gripper.data, (position[0], position[1]),
@@ -115,10 +127,14 @@ def reference_grasps(gripper: FloatingGripper, position: Floats, rotation: Float
     found = heightfield.analyse(field)
     state = gripper.state()
     kept = []
-    for row, column in heightfield.maxima(found, TRIED):
+    tried = 0
+    for row, column in heightfield.maxima(found, 4 * TRIED if seen else TRIED):
         tip = np.array([field.origin[0] + column * CELL, field.origin[1] + row * CELL,
                         found.tip[row, column]])
         yaw, opening = float(found.yaw[row, column]), float(found.opening[row, column])
+        if tried == TRIED or (seen and not opens_visibly(field, tip, yaw, opening)):
+            continue
+        tried += 1
         attempt = gripper.attempt(state, tip, yaw, opening)
         if attempt.held:
             score = float(found.quality[row, column]) * float(np.exp(-attempt.slide / 0.01))
@@ -141,10 +157,30 @@ def has_room(grasp: dict[str, Any], field: HeightField, position: Floats, rotati
     return under <= max(float(tip[2]), heightfield.TABLE_NOISE)
 
 
-def build_rest(folder: Path) -> bool:
-    """Write ``object.json`` of an object whose shape stage is done; False when up to date."""
+def opens_visibly(field: HeightField, tip: Floats, yaw: float, opening: float) -> bool:
+    """Whether at some opening from ``opening`` on, the fingers pass what they grasp with :data:`SEEN_ROOM`
+    to spare: with less, the planner takes the object's edges in a noisy image for the ground under the
+    fingers."""
+    axis = np.array([np.cos(yaw), np.sin(yaw)])
+    free = max(float(tip[2]), heightfield.TABLE_NOISE)
+    for wider in np.arange(opening, 2 * FINGER_STROKE + 1e-9, CELL):
+        under = (heightfield.ground_of_fingers(field, tip[:2], axis, wider - inwards, JAW_HALF)
+                 for inwards in (0.0, 2 * SEEN_ROOM))
+        if max(under) <= free:
+            return True
+    return False
+
+
+def build_rest(folder: Path, seen: bool = False) -> bool:
+    """Write ``object.json`` of an object whose shape stage is done; False when up to date.
+
+    Args:
+        folder: of the object.
+        seen: see :func:`reference_grasps`.
+    """
     details = json.loads((folder / "shape.json").read_text())
-    mark = hashlib.sha256(f"{REST_VERSION}|{details['fingerprint']}".encode()).hexdigest()
+    version = f"{REST_VERSION}{'+seen' if seen else ''}"
+    mark = hashlib.sha256(f"{version}|{details['fingerprint']}".encode()).hexdigest()
     done = folder / "object.json"
     if done.is_file() and json.loads(done.read_text()).get("rest_fingerprint") == mark:
         return False
@@ -162,6 +198,6 @@ def build_rest(folder: Path) -> bool:
         mujoco.mju_quat2Mat(matrix, quaternion)
         poses.append({"quaternion": np.round(quaternion, 6).tolist(), "height": round(float(position[2]), 5),
                       "probability": round(chance, 4),
-                      "grasps": reference_grasps(gripper, position, matrix.reshape(3, 3))})
+                      "grasps": reference_grasps(gripper, position, matrix.reshape(3, 3), seen)})
     done.write_text(json.dumps(details | {"poses": poses, "rest_fingerprint": mark}, indent=1))
     return True

@@ -270,7 +270,7 @@ def import_one(job: Job, out: Path) -> Report:
     from grasp_bench.objects.poses import build_rest
 
     fresh = import_shape(job, out)
-    fresh |= build_rest(out / job.name)
+    fresh |= build_rest(out / job.name, seen=True)
     fresh |= finish(out / job.name)
     details = json.loads((out / job.name / "object.json").read_text())
     if not any(p["grasps"] for p in details["poses"]):

@@ -58,11 +58,12 @@ def main(dist: Path) -> None:
         command = home / "venv" / "bin" / "grasp-bench"
         assert use(command, "--version").split()[1] == wheel.name.split("-")[1]
         assert "180 of 180 objects are as the manifest says" in use(command, "objects", "verify")
-        use(command, "run", "--trials", "5", "--out", "out", "--quiet")
+        use(command, "run", "--trials", "5", "--out", "out", "--quiet", "--max-errors", "5")
         run = json.loads(use(command, "report", "out", "--format", "json"))["runs"][0]
         assert (run["trials"], run["predictor"]) == (5, "htc-grasp"), run
-        faults = set(run["outcomes"]) & {"unstable", "timeout", "error"}
-        assert not faults, run["outcomes"]
+        if set(run["outcomes"]) & {"unstable", "timeout", "error"}:
+            raise SystemExit("Trials failed for no fault of the predictor:\n"
+                             + (home / "out" / "trials.jsonl").read_text())
     sizes = " and ".join(f"{p.name} ({p.stat().st_size / 1e6:.1f} MB)" for p in (wheel, sdist))
     print(f"{sizes}: works in an empty environment, {run['successes']}/5 with {run['predictor']}.")
 

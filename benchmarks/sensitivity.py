@@ -74,7 +74,7 @@ def main() -> None:
     lines = [rows[0][0], *(line for table in rows for line in table[1:])]
     (docs / "sensitivity.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
     sys.path.insert(0, str(docs))
-    from make_tables import replace
+    from make_tables import replace  # pyright: ignore[reportMissingImports]
 
     replace(docs / "physics.md", "sensitivity", as_markdown(done))
     trials = sum(len(load_trials(f)) for f in find_runs(arguments.folder))

@@ -81,7 +81,7 @@ def _is_part(value: Any) -> bool:
 def _is_episode(value: Any) -> bool:
     if not isinstance(value, dict):
         return False
-    objects, attempts, cleared = (value.get(k) for k in ("objects", "attempts", "cleared"))
+    objects, attempts, cleared = value.get("objects"), value.get("attempts"), value.get("cleared", -1)
     return (isinstance(objects, list) and len(objects) > 0 and all(map(_is_text, objects))
             and _is_count(cleared) and cleared <= len(objects) and isinstance(attempts, list)
             and all(isinstance(a, dict) and isinstance(a.get("outcome"), str) and a["outcome"] in OUTCOMES

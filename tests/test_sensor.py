@@ -31,7 +31,8 @@ def perfect(depth: np.ndarray, rgb: np.ndarray = GREY, cosine: np.ndarray | None
 def seen(depth: np.ndarray, seed: int = 0, rgb: np.ndarray = GREY, cosine: np.ndarray | None = None,
          **terms: Any) -> RgbdImage:
     """What a sensor with only these noise terms makes of a perfect image."""
-    return sense(perfect(depth, rgb, cosine), K, Sensor(**(SILENT | terms)), np.random.default_rng(seed))
+    sensor = Sensor.model_validate(SILENT | terms)
+    return sense(perfect(depth, rgb, cosine), K, sensor, np.random.default_rng(seed))
 
 
 def wall(distance: float) -> np.ndarray:

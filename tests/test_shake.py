@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -100,7 +101,7 @@ def test_a_firm_grasp_survives_and_the_arm_can_do_it(scenario: Scenario, lying: 
 
 def test_a_weak_grasp_is_shaken_loose(scenario: Scenario, lying: ObjectModel) -> None:
     # 2 · 20 N · 0.7 · 0.036 = 1.0 N carries 80 g (0.78 N), but not at 5 m/s² more (1.18 N).
-    weak = {"force": 20.0, "friction_scale": 0.036}
+    weak: dict[str, Any] = {"force": 20.0, "friction_scale": 0.036}
     assert attempt(shaking(scenario, Shake(), **weak), lying).record.outcome is Outcome.SUCCESS
     record = attempt(shaking(scenario, **weak), lying).record
     assert record.outcome is Outcome.DROPPED

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -100,7 +101,7 @@ def test_a_trial_in_two_shards_with_other_records_is_refused(tmp_path: Path) -> 
     ("renderer", "egl", "the renderer"),
 ])
 def test_shards_of_other_settings_are_refused_by_what_differs(
-        tmp_path: Path, key: str, value: object, words: str) -> None:
+        tmp_path: Path, key: str, value: Any, words: str) -> None:
     other = write_run(tmp_path / "other", only=[], **{key: value})
     with pytest.raises(ResultsError, match=f"are not of one run: {words}"):
         merge(tmp_path / "merged", [*parts(tmp_path), other])

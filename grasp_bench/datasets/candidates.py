@@ -72,8 +72,8 @@ def propose(model: mujoco.MjModel, data: mujoco.MjData, found: GraspField, field
         free += [(int(r), int(c), float(rng.uniform(0, np.pi))) for r, c in chosen]
     source = [0] * len(best) + [1] * (len(both) - len(best)) + [2] * pairs + [3] * (len(free) - pairs)
     if not source:
-        return Candidates(*(np.zeros(0, int) for _ in range(2)), *(np.zeros(0) for _ in range(5)),
-                          np.zeros(0, np.int8))
+        none, nowhere = np.zeros(0), np.zeros(0, np.int64)
+        return Candidates(nowhere, nowhere, none, none, none, none, none, none.astype(np.int8))
     rows, columns, yaw = map(np.array, zip(*own, *free, strict=True))
     graded = [heightfield.grasps_at(field, rows[i:i + 1], columns[i:i + 1], float(yaw[i]))
               for i in range(len(own), len(rows))]

@@ -227,7 +227,7 @@ def _owner(gripper: FloatingGripper, picture: Picture, count: int) -> NDArray[np
     return number[np.where(picture.geom >= 0, gripper.model.geom_bodyid[picture.geom], -1)]
 
 
-def _attempts(gripper: FloatingGripper, tried: Candidates, centre: Floats) -> NDArray[np.bool_]:
+def _attempts(gripper: FloatingGripper, tried: Candidates, centre: NDArray[np.floating]) -> NDArray[np.bool_]:
     """(M,) whether each grasp about the world points ``centre`` (M, 3) held."""
     state = gripper.state()
     return np.array([gripper.attempt(state, np.array([x, y, tip]), float(yaw), float(opening), QUICK).held

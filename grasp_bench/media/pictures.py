@@ -109,10 +109,10 @@ def proposed(image: RgbdImage, crop: Crop, grasps: list[Grasp], chosen: Grasp | 
     picture: Rgb = np.repeat(grey[..., None], 3, axis=2).astype(np.uint8)
     if maps is not None:
         whole = np.zeros(image.depth.shape, np.float32)
-        height, width = maps.quality.shape
+        (rows, columns), (height, width) = image.depth.shape, maps.quality.shape
         x, y = origin
-        top, bottom = max(y, 0), min(y + height, whole.shape[0])
-        left, right = max(x, 0), min(x + width, whole.shape[1])
+        top, bottom = max(y, 0), min(y + height, rows)
+        left, right = max(x, 0), min(x + width, columns)
         whole[top:bottom, left:right] = maps.quality[top - y:bottom - y, left - x:right - x]
         quality = np.clip(crop.cut(whole), 0, 1)
         heat = cv2.applyColorMap(np.round(255 * quality).astype(np.uint8), cv2.COLORMAP_INFERNO)[..., ::-1]

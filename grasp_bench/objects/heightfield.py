@@ -92,10 +92,10 @@ def analyse(field: HeightField, yaws: NDArray[np.float64] = YAWS, chunk: int = 4
     return GraspField(**best)
 
 
-def grasps_at(field: HeightField, rows: NDArray[np.integer], columns: NDArray[np.integer],
+def grasps_at(field: HeightField, rows: NDArray[np.intp], columns: NDArray[np.intp],
               yaw: float) -> dict[str, Floats]:
     """The fields of :class:`GraspField` (N,) for given cells with jaws along ``yaw``, feasible or not."""
-    return _score(np.pad(field.heights, 30), np.asarray(rows) + 30, np.asarray(columns) + 30, yaw, field)
+    return _score(np.pad(field.heights, 30), rows + 30, columns + 30, yaw, field)
 
 
 def _score(h: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], yaw: float,

@@ -14,6 +14,8 @@ from grasp_bench.grasps import Grasp, GraspMaps
 if TYPE_CHECKING:
     import torch
 
+    from grasp_bench.networks.encoding import Kind
+
 
 class NetworkPredictor:
     """Grasps by a network of ``grasp_bench.networks``, on CUDA where there is one.
@@ -46,7 +48,7 @@ class NetworkPredictor:
         self.crop = info(name).crop
         self._device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         network, self.metadata = load(name, weights)
-        self.kind = input_kind(name, stored_input(self.metadata))
+        self.kind: Kind = input_kind(name, stored_input(self.metadata))
         self._network = network.to(self._device).to(
             memory_format=torch.channels_last)  # pyright: ignore[reportCallIssue]
 

@@ -28,19 +28,21 @@ def synth_command(
     console = Console()
     columns = (TextColumn("scenes"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(),
                TextColumn("{task.fields[state]}"))
-    tally = {"made": 0, "tries": 0}
+    tally = {"there": 0, "made": 0, "tries": 0}
     config = SynthConfig(tries=tries)
     with Progress(*columns, console=console) as progress:
         task = progress.add_task("", total=scenes, state="")
 
-        def report(entry: dict[str, Any] | None) -> None:
-            tally["made"] += entry is not None
-            tally["tries"] += entry["tried"] if entry else 0
+        def report(entry: dict[str, Any] | None, fresh: bool) -> None:
+            tally["there"] += entry is not None
+            if fresh:
+                tally["made"] += entry is not None
+                tally["tries"] += entry["tried"] if entry else 0
             seconds = max(progress.tasks[task].elapsed or 0, 1e-3)
             progress.update(task, advance=1, state=f"{3600 * tally['made'] / seconds:.0f} scenes/h, "
                                                    f"{tally['tries'] / seconds:.1f} tries/s")
-            if not console.is_terminal and tally["made"] % 50 == 0:
-                console.print(f"{tally['made']} of {scenes}: {progress.tasks[task].fields['state']}")
+            if fresh and not console.is_terminal and tally["there"] % 50 == 0:
+                console.print(f"{tally['there']} of {scenes}: {progress.tasks[task].fields['state']}")
 
         made = generate(out, scenes, seed, config, workers, report)
     for index, reason in made.failed.items():

@@ -40,7 +40,7 @@ class Produced:
 
 
 def generate(out: Path, scenes: int, seed: int, config: SynthConfig, workers: int = 2,
-             report: Callable[[Entry | None], None] = lambda entry: None) -> Produced:
+             report: Callable[[Entry | None, bool], None] = lambda entry, fresh: None) -> Produced:
     """Generate scenes 0 … ``scenes`` − 1 into ``out``, keeping those already there.
 
     Args:
@@ -49,7 +49,8 @@ def generate(out: Path, scenes: int, seed: int, config: SynthConfig, workers: in
         seed: of the set.
         config: parameters; must be those of the scenes already there.
         workers: processes.
-        report: called with each scene's index entry, or None for one that failed.
+        report: called with each scene's index entry, or None for one that failed, and whether it was
+            made now.
 
     Raises:
         GraspBenchError: when the folder was generated with another seed or parameters.
@@ -61,7 +62,7 @@ def generate(out: Path, scenes: int, seed: int, config: SynthConfig, workers: in
     _check_config(out, seed, config)
     entries = {i: e for i in range(scenes) if (e := _entry(out, i, seed)) is not None}
     for entry in entries.values():
-        report(entry)
+        report(entry, False)
     failed: dict[int, str] = {}
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ[name] = "1"  # inherited by the workers, which are started afresh
@@ -75,7 +76,7 @@ def generate(out: Path, scenes: int, seed: int, config: SynthConfig, workers: in
                     entries[index] = future.result()
                 except Exception as error:  # one bad scene must not stop the others
                     failed[index] = f"{type(error).__name__}: {error}"
-                report(entries.get(index))
+                report(entries.get(index), True)
                 if (len(entries) + len(failed)) % SAVE_EVERY == 0:
                     _write_index(out, entries)
         finally:  # when interrupted, do not wait for all that was submitted

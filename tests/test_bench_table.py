@@ -200,7 +200,7 @@ def test_exported_scenes_read_back_as_jacquard(tmp_path: Path) -> None:
     assert export_jacquard(tmp_path / "synth", tmp_path / "out", size=640)[0] == written
     assert marks == {p: p.stat().st_mtime_ns for p in (tmp_path / "out").rglob("*")}, "scenes are kept"
     lines = CliRunner().invoke(app, ["data", "info", str(tmp_path / "out")]).stdout
-    assert f"jacquard in {tmp_path / 'out'}: {written} images" in lines
+    assert f"jacquard in out: {written} images" in lines
 
 
 def test_heights_of_a_tilted_camera() -> None:

@@ -8,9 +8,10 @@ base (0.6 m). The table is therefore fitted and taken off:
     depth'(u, v) = D − (S(u, v) − depth(u, v)),   D = median of S in the window
 
 with S a polynomial of second degree in the pixel coordinates, fitted robustly in the window. It
-is that and no plane since Cornell's distance to a plane is not a plane in the image: a plane
-leaves 20 % of the window within 1 cm, the second degree 77 % with 2 mm scatter; the third and
-fourth follow the wall behind the table. Heights stay those along the depth's own direction.
+is that and no plane since Cornell's distance to a plane is not a plane in the image: in five
+samples the best plane leaves 20 % of the window within 6 mm, the second degree 81 % (2 mm
+standard deviation); the third and fourth follow the wall behind the table. Heights stay those
+along the depth's own direction.
 """
 
 from __future__ import annotations

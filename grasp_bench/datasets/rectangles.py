@@ -99,7 +99,7 @@ class Collection(ABC):
                    else "object ids not in this copy")
         full = self.images_in_full
         part = "" if len(self.entries) == full else f" of {full} in the full set"
-        text = f"{self.name} in {self.root}: {len(self.entries)} images{part}, {objects}."
+        text = f"{self.name} in {self.root.name}: {len(self.entries)} images{part}, {objects}."
         if self.missing:
             shown = ", ".join(self.missing[:5]) + (", …" if len(self.missing) > 5 else "")
             text += f" Incomplete samples left out, {len(self.missing)} files missing: {shown}."

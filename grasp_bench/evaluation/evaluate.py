@@ -162,8 +162,8 @@ def _evaluate_synthetic(question: Question, report: Report) -> dict[str, Any]:
                               "leave out --protocol and --folds.")
     records = [{"fold": 1, **r} for r in _judge_all(predictor, cases, "strict", report)]
     return _result(question, records, predictor, {
-        "found": f"synthetic scenes in {question.root}: {len(records)} held-out scenes with good grasps in "
-                 f"view, of {total}", "images_in_full": total, "object_ids": True, "missing": [],
+        "found": f"synthetic scenes in {question.root.name}: {len(records)} held-out scenes with good grasps "
+                 f"in view, of {total}", "images_in_full": total, "object_ids": True, "missing": [],
         "folds": [], "how": "scenes of the split 'val'", "depth": "sensed"})
 
 

@@ -9,7 +9,7 @@ import json
 import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeGuard
 
 from grasp_bench.errors import ResultsError
 from grasp_bench.outcomes import Outcome
@@ -62,7 +62,7 @@ def check_number_of_trial(record: dict[str, Any]) -> None:
         raise ValueError(f"'trial' must be a whole number from 0, not {_shown(record['trial'])}")
 
 
-def _is_count(value: Any) -> bool:
+def _is_count(value: Any) -> TypeGuard[int]:
     return isinstance(value, int) and not isinstance(value, bool) and value >= 0
 
 

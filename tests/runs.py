@@ -28,7 +28,9 @@ def write_run(folder: Path, trials: int = 9, wins: Callable[[int], bool] = lambd
               shard: Shard = WHOLE, only: Iterable[int] | None = None, order: int = 1,
               change: Callable[[dict[str, Any]], dict[str, Any]] = lambda record: record, **run: Any) -> Path:
     """A run's folder: ``only`` these trials of ``shard``, written in ``order`` and not put in order."""
-    content: dict[str, Any] = RUN | {"trials": trials} | ({} if shard == WHOLE else {"shard": str(shard)}) | run
+    content: dict[str, Any] = RUN | {"trials": trials} | run
+    if shard != WHOLE:
+        content["shard"] = str(shard)
     objects: tuple[str, ...] = tuple(content["objects"])
     with RunFolder(folder) as results:
         results.start(content)

@@ -18,6 +18,10 @@ def doctor_command(
         min=1, help="How many trials of RUN are done again, spread evenly over it.")] = 5,
     objects: Annotated[Path | None, typer.Option(
         help="Folder of RUN's objects, where they are not the shipped ones.")] = None,
+    physics: Annotated[bool, typer.Option(
+        "--physics", help="Compare the physics with closed forms; takes about a minute.")] = False,
+    full: Annotated[bool, typer.Option(
+        "--full", help="With --physics: the oracle's trials of all objects at two time steps.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """Check the installation, or do some trials of RUN again and compare them byte for byte.
@@ -29,6 +33,13 @@ def doctor_command(
 
     Example: grasp-bench doctor results/htc-grasp-table4-seed0
     """
+    without_gl()
+    if full and not physics:
+        raise typer.BadParameter("--full goes with --physics", param_hint="--full")
+    if physics:
+        from grasp_bench.physics.cli import check_physics
+
+        raise typer.Exit(0 if check_physics(full, as_json) else 1)
     from rich.console import Console
 
     from grasp_bench.doctor.checks import healthy, show

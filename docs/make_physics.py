@@ -1,7 +1,7 @@
 """Measures and draws what docs/physics.md shows of the self-tests: ``python docs/make_physics.py``.
 
-It measures everything (some minutes on two cores) and writes docs/physics.json; ``--draw`` only writes
-the table and the figure again from that file.
+It measures everything (some minutes on two cores), writes docs/physics.json, and from that the table and the
+figure; with ``checks``, ``trials`` or ``draw`` only that part.
 """
 
 from __future__ import annotations
@@ -30,13 +30,16 @@ DATA = DOCS / "physics.json"
 WIDTH, ROW, LEFT, RIGHT, TOP = 640, 26, 64, 20, 46
 
 
-def measure() -> None:
-    """Run all self-tests and the reference trials."""
+def measure(what: str) -> None:
+    """Run the quick self-tests, or the reference trials, and keep the result in :data:`DATA`."""
     scenario = load_scenario("table4")
-    checks = [c.to_json() for c in track(quick(scenario), "Self-tests", total=None)]
-    done = trials(scenario, os.cpu_count() or 1)
-    plain = [_plain(runs) for runs in (done.whole, done.half)]
-    DATA.write_text(json.dumps({"checks": checks, "trials": plain}, ensure_ascii=False, indent=0) + "\n")
+    if what == "checks":
+        result = [c.to_json() for c in track(quick(scenario), "Self-tests", total=None)]
+    else:
+        done = trials(scenario, os.cpu_count() or 1)
+        result = [_plain(runs) for runs in (done.whole, done.half)]
+    data = (json.loads(DATA.read_text()) if DATA.is_file() else {}) | {what: result}
+    DATA.write_text(json.dumps(data, ensure_ascii=False, indent=0) + "\n")
 
 
 def _plain(runs: list[Watched]) -> list[dict[str, object]]:
@@ -45,13 +48,16 @@ def _plain(runs: list[Watched]) -> list[dict[str, object]]:
             for w in runs]
 
 
-def load() -> tuple[list[Check], Trials]:
-    """What was measured."""
+def load() -> tuple[list[Check], Trials | None]:
+    """What was measured; no trials where they were not."""
     data = json.loads(DATA.read_text())
     checks = [Check(**{k: v for k, v in c.items() if k != "passed"}) for c in data["checks"]]
+    if "trials" not in data:
+        return checks, None
     whole, half = ([Watched(w, np.array(w["torque"]), np.array(w["velocity"])) for w in runs]
                    for runs in data["trials"])
-    return checks, Trials(whole, half)
+    done = Trials(whole, half)
+    return [*checks, *judged(done)], done
 
 
 def figure(done: Trials) -> str:
@@ -93,16 +99,18 @@ def draw() -> None:
     from make_tables import replace
 
     checks, done = load()
-    replace(DOCS / "physics.md", "checks", markdown([*checks, *judged(done)]))
-    (DOCS / "images" / "joint-loads.svg").write_text(figure(done), encoding="utf-8")
+    replace(DOCS / "physics.md", "checks", markdown(checks))
+    if done is not None:
+        (DOCS / "images" / "joint-loads.svg").write_text(figure(done), encoding="utf-8")
 
 
 def main() -> None:
+    """Command line."""
     parser = argparse.ArgumentParser(description="Measure and draw the self-tests of docs/physics.md.")
-    parser.add_argument("--draw", action="store_true", help="only draw what was measured before")
-    if not parser.parse_args().draw:
-        measure()
-    draw()
+    parser.add_argument("what", nargs="*", choices=["checks", "trials", "draw"],
+                        default=["checks", "trials", "draw"], help="all when left out")
+    for what in parser.parse_args().what:
+        draw() if what == "draw" else measure(what)
 
 
 if __name__ == "__main__":

@@ -33,10 +33,10 @@ def doctor_command(
 
     Example: grasp-bench doctor results/htc-grasp-table4-seed0
     """
-    without_gl()
     if full and not physics:
         raise typer.BadParameter("--full goes with --physics", param_hint="--full")
     if physics:
+        without_gl()
         from grasp_bench.physics.cli import check_physics
 
         raise typer.Exit(0 if check_physics(full, as_json) else 1)

@@ -33,7 +33,7 @@ class Check:
     @property
     def passed(self) -> bool:
         """The error is within the tolerance; NaN never is."""
-        return self.error <= self.tolerance
+        return bool(self.error <= self.tolerance)
 
     def to_json(self) -> dict[str, Any]:
         """Plain data."""
@@ -44,10 +44,10 @@ class Check:
 
 def equals(name: str, expected: float, measured: float, unit: str, tolerance: float, source: str) -> Check:
     """Check of a value that a closed form gives; ``tolerance`` is relative."""
-    return Check(name, expected, measured, unit, abs(measured - expected) / abs(expected), tolerance, True,
-                 source)
+    error = abs(measured - expected) / abs(expected)
+    return Check(name, float(expected), float(measured), unit, float(error), tolerance, True, source)
 
 
 def below(name: str, measured: float, limit: float, unit: str, source: str) -> Check:
     """Check of a magnitude that should vanish and must stay within ``limit``."""
-    return Check(name, 0.0, measured, unit, abs(measured), limit, False, source)
+    return Check(name, 0.0, float(measured), unit, float(abs(measured)), limit, False, source)

@@ -21,13 +21,13 @@ from grasp_bench.sweeps.study import Sweep, sweep
 ROOT = Path(__file__).resolve().parents[1]
 PREDICTORS = ("oracle", "htc-grasp")
 STUDY = {
-    "gripper.friction_scale": (0.25, 0.5, 1.0, 1.5),
-    "gripper.force": (20, 40, 60, 120),
-    "sensor.axial_sigma": (0.0, 0.0005, 0.002, 0.004, 0.008),
     "calibration.position_mm": (0, 2, 5, 10),
-    "calibration.rotation_deg": (0, 0.5, 1, 2),
-    "physics.timestep": (0.001, 0.002, 0.004),
+    "gripper.friction_scale": (0.25, 0.5, 1.0),
+    "sensor.axial_sigma": (0.0005, 0.002, 0.008),
+    "gripper.force": (20, 60, 120),
     "physics.max_hulls": (1, 4, 0),
+    "physics.timestep": (0.001, 0.002, 0.004),
+    "calibration.rotation_deg": (0, 0.5, 1, 2),
 }
 
 

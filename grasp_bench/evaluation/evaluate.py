@@ -126,13 +126,16 @@ def _load(question: Question) -> Predictor:
             return _network(question.predictor, question.weights)
         if question.weights is not None:
             raise GraspBenchError(f"--weights is for networks; {question.predictor} is none.")
-    return load_predictor(question.predictor)
+    predictor: Any = load_predictor(question.predictor)
+    if hasattr(predictor, "level"):  # a network: data sets show their pictures as they are
+        predictor.level = False
+    return predictor
 
 
 def _network(name: str, weights: Path | None) -> Predictor:
     from grasp_bench.predictors.network import NetworkPredictor
 
-    return NetworkPredictor(name, weights)
+    return NetworkPredictor(name, weights, level=False)
 
 
 def _judge_all(predictor: Predictor, cases: Iterator[Case], protocol: Protocol,

@@ -15,6 +15,7 @@ from scipy.ndimage import gaussian_filter, label
 
 from grasp_bench.camera import RgbdImage
 from grasp_bench.grasps import Grasp, wrap_angle
+from grasp_bench.predictors.level import seen_level
 from grasp_bench.predictors.protocol import GroundTruth, PrivilegedPredictor
 
 Floats = NDArray[np.float64]
@@ -93,7 +94,7 @@ def foreground(image: RgbdImage) -> tuple[NDArray[np.bool_], float]:
     """(H, W) mask of the largest thing nearest the image's middle, and the table's depth [m].
 
     The table is taken to be the median depth of the middle of the image, which holds for a
-    camera looking straight down on a mostly empty table.
+    mostly empty table seen face on.
     """
     h, w = image.depth.shape
     box = (slice(h // 2 - 112, h // 2 + 112), slice(w // 2 - 112, w // 2 + 112))
@@ -112,6 +113,7 @@ def foreground(image: RgbdImage) -> tuple[NDArray[np.bool_], float]:
 class Centroid:
     """Heuristic: the middle of the depth blob, jaws across its longer principal axis."""
 
+    @seen_level
     def predict(self, image: RgbdImage) -> list[Grasp]:
         """One grasp, or none where nothing stands out of the table."""
         mask, _ = foreground(image)
@@ -136,6 +138,7 @@ class Random:
         """Take the trial's random stream."""
         self._rng = rng
 
+    @seen_level
     def predict(self, image: RgbdImage) -> list[Grasp]:
         """One grasp, or none where nothing stands out of the table."""
         mask, _ = foreground(image)
@@ -164,6 +167,7 @@ class Antipodal:
         """Take the trial's random stream."""
         self._rng = rng
 
+    @seen_level
     def predict(self, image: RgbdImage) -> list[Grasp]:
         """Up to ten grasps; none where no pair of edges fits the jaws."""
         mask, table = foreground(image)

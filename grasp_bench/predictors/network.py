@@ -10,6 +10,7 @@ import numpy as np
 
 from grasp_bench.camera import RgbdImage
 from grasp_bench.grasps import Grasp, GraspMaps
+from grasp_bench.predictors.level import level_view
 
 if TYPE_CHECKING:
     import torch
@@ -28,21 +29,23 @@ class NetworkPredictor:
         name: network, such as 'htc-grasp'.
         weights: safetensors file; by default the shipped one.
         peaks: how many grasps at most.
+        level: look at the picture of a tilted camera as at one from straight above.
 
     Attributes:
         crop_origin: (x, y) of the crop's corner in the last image [px], negative if padded.
-        last_maps: of the last image asked about, at ``crop_origin``, not smoothed.
+        last_maps: of the last image asked about, at ``crop_origin``, not smoothed; None of a tilted camera's.
         metadata: what is stored with the weights.
         kind, crop: the network's input and its side [px].
     """
 
-    def __init__(self, name: str = "htc-grasp", weights: Path | None = None, peaks: int = 5) -> None:
+    def __init__(self, name: str = "htc-grasp", weights: Path | None = None, peaks: int = 5,
+                 level: bool = True) -> None:
         import torch
 
         from grasp_bench.networks import info, input_kind
         from grasp_bench.networks.weights import load, stored_input
 
-        self.name, self.peaks = name, peaks
+        self.name, self.peaks, self.level = name, peaks, level
         self.crop_origin = (0, 0)
         self.last_maps: GraspMaps | None = None
         self.crop = info(name).crop
@@ -53,7 +56,19 @@ class NetworkPredictor:
             memory_format=torch.channels_last)  # pyright: ignore[reportCallIssue]
 
     def predict(self, image: RgbdImage) -> list[Grasp]:
-        """Grasps in pixels of the whole image, best first; empty if the network sees none."""
+        """Grasps in pixels of the whole image, best first; empty if the network sees none.
+
+        Networks are trained on tables seen from straight above; see :mod:`grasp_bench.predictors.level` for
+        what becomes of others.
+        """
+        view = level_view(image) if self.level else None
+        if view is None:
+            return self._predict(image)
+        grasps = view.inside(self._predict(view.image))
+        self.last_maps = None  # they are of another picture
+        return grasps
+
+    def _predict(self, image: RgbdImage) -> list[Grasp]:
         self.last_maps = raw = self.maps(image)
         maps = raw.smoothed()
         ox, oy = self.crop_origin

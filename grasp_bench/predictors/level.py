@@ -1,0 +1,142 @@
+"""Pictures of a tilted camera as one that looks straight down would have taken them.
+
+Networks and heuristics of this benchmark know tables seen face on. What they need to see one so is in the
+depth image itself: the plane that most of it shows. A camera that is turned about its optical centre sees
+the same rays, so its picture follows exactly, but for what was hidden from there, too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import wraps
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from grasp_bench.camera import Intrinsics, RgbdImage
+from grasp_bench.grasps import Grasp, wrap_angle
+
+Floats = NDArray[np.float64]
+
+FACE_ON_DEG = 5.0
+"""Planes turned by less than this are taken as seen face on, and their pictures as they are."""
+STRIDE = 6
+"""Pixels between two of those that the plane is sought among."""
+TRIES = 100
+THICKNESS = 0.006
+"""How far from a plane its pixels may lie [m]."""
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Points p of the camera's frame with ``normal`` · p = ``distance`` [m]; the normal (3,) points away."""
+
+    normal: Floats
+    distance: float
+
+    @property
+    def tilt(self) -> float:
+        """Angle between optical axis and normal [rad]."""
+        return math.acos(min(1.0, float(self.normal[2])))
+
+
+def dominant_plane(image: RgbdImage) -> Plane | None:
+    """The plane that most measured pixels lie on; None where there are too few.
+
+    Random sample consensus over planes through three pixels (with numbers that are always the same), then
+    least squares over the inliers. On a plane inverse depth is linear in the ray: 1/z = n · ray / d.
+    """
+    depth = image.depth[::STRIDE, ::STRIDE].astype(np.float64)
+    seen = depth > 0
+    if seen.sum() < 50:
+        return None
+    rays = image.intrinsics.rays()[::STRIDE, ::STRIDE][seen]
+    points = rays * depth[seen][:, None]
+    rng = np.random.default_rng(0)
+    triples = points[rng.integers(len(points), size=(TRIES, 3))]
+    normals = np.cross(triples[:, 1] - triples[:, 0], triples[:, 2] - triples[:, 0])
+    lengths = np.linalg.norm(normals, axis=1)
+    normals = normals[lengths > 1e-9] / lengths[lengths > 1e-9, None]
+    offsets = np.einsum("ij,ij->i", normals, triples[lengths > 1e-9, 0])
+    counts = (np.abs(normals @ points.T - offsets[:, None]) < THICKNESS).sum(1)
+    if len(counts) == 0:
+        return None
+    best = int(np.argmax(counts))
+    near = np.abs(points @ normals[best] - offsets[best]) < THICKNESS
+    slope, *_ = np.linalg.lstsq(rays[near], 1 / depth[seen][near], rcond=None)
+    length = float(np.linalg.norm(slope))
+    return Plane(slope / length, 1 / length) if slope[2] > 0 else None
+
+
+@dataclass(frozen=True)
+class LevelView:
+    """A picture as seen face on, and the way back to the one it was made of.
+
+    Attributes:
+        image: of the same size; black and without depth where the camera did not look.
+        homography: (3, 3) pixels of the original → pixels of ``image``.
+    """
+
+    image: RgbdImage
+    homography: Floats
+
+    def back(self, grasp: Grasp) -> Grasp:
+        """A grasp of the level picture in pixels of the original."""
+        pixels = np.vstack([[grasp.x, grasp.y], grasp.ends()])
+        moved = np.column_stack([pixels, np.ones(3)]) @ np.linalg.inv(self.homography).T
+        centre, first, second = moved[:, :2] / moved[:, 2:]
+        dx, dy = second - first
+        return Grasp(float(centre[0]), float(centre[1]), wrap_angle(math.atan2(-dy, dx)), math.hypot(dx, dy),
+                     grasp.quality)
+
+    def inside(self, grasps: list[Grasp]) -> list[Grasp]:
+        """Grasps in pixels of the original, without those that it does not show."""
+        size = self.image.intrinsics
+        moved = map(self.back, grasps)
+        return [g for g in moved if 0 <= g.x <= size.width and 0 <= g.y <= size.height]
+
+
+def level_view(image: RgbdImage) -> LevelView | None:
+    """The picture with its dominant plane face on; None where it is so already, or there is none.
+
+    What is in the middle stays in the middle, and as large: the focal length makes up for a centre that is
+    nearer to the plane than the ray through the middle is long.
+    """
+    plane = dominant_plane(image)
+    if plane is None or not math.radians(FACE_ON_DEG) < plane.tilt < math.radians(70):
+        return None
+    z = plane.normal
+    x = np.array([1.0, 0, 0]) - z[0] * z
+    x /= np.linalg.norm(x)
+    turn = np.stack([x, np.cross(z, x), z])  # rows: the level camera's axes in the camera's frame
+    given = image.intrinsics
+    focal = given.fx * plane.normal[2]
+    middle = turn @ given.deproject([given.width / 2, given.height / 2], np.ones(()))
+    level = Intrinsics(given.width, given.height, focal, focal * given.fy / given.fx,
+                       given.width / 2 - focal * middle[0] / middle[2],
+                       given.height / 2 - focal * given.fy / given.fx * middle[1] / middle[2])
+    homography = level.matrix @ turn @ np.linalg.inv(given.matrix)
+    # OpenCV puts pixel centres at integers, this project at integers + 0.5.
+    half = np.array([[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1]])
+    warp = np.linalg.inv(half) @ homography @ half
+    size = (given.width, given.height)
+    depth = (image.depth * (given.rays() @ plane.normal)).astype(np.float32)
+    return LevelView(RgbdImage(
+        np.asarray(cv2.warpPerspective(image.rgb, warp, size, flags=cv2.INTER_LINEAR), np.uint8),
+        np.asarray(cv2.warpPerspective(depth, warp, size, flags=cv2.INTER_NEAREST), np.float32), level),
+        homography)
+
+
+def seen_level(predict: Callable[[Any, RgbdImage], list[Grasp]]) -> Callable[[Any, RgbdImage], list[Grasp]]:
+    """Decorator of a predictor's ``predict``: it is given the picture as seen face on."""
+
+    @wraps(predict)
+    def wrapped(self: Any, image: RgbdImage) -> list[Grasp]:
+        view = level_view(image)
+        return predict(self, image) if view is None else view.inside(predict(self, view.image))
+
+    return wrapped

@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 from grasp_bench.cli import app
 from grasp_bench.datasets.rectangles import open_collection
-from grasp_bench.errors import GraspBenchError
+from grasp_bench.errors import AssetError, GraspBenchError
 from grasp_bench.evaluation.evaluate import Question, Training, evaluate
 from grasp_bench.evaluation.metric import judge, legacy_best, raster_iou
 from grasp_bench.evaluation.paper import TABLE_1, TABLE_2
@@ -191,6 +191,9 @@ def test_a_model_is_trained_for_each_fold(tmp_path: Path, folder: Path) -> None:
         assert sorted(metadata["left_out"]) == sorted(n for n, f in tested.items() if f == fold)
     again = evaluate(question, training)
     assert [r["iou"] for r in again["records"]] == [r["iou"] for r in result["records"]]
+    other = Training(config.model_copy(update={"lr": 0.5}), None, [folder], 0.5, tmp_path / "runs")
+    with pytest.raises(AssetError, match=r"lr was 0.001, is 0.5.*another --runs"):
+        evaluate(question, other)
     table = markdown([accuracy_table("jacquard", [result])])
     assert "gg-cnn, trained per fold" in table
     assert "2 steps of 2 on the other folds and" in table

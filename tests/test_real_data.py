@@ -287,6 +287,18 @@ def test_sources(tmp_path: Path) -> None:
             Source.parse(wrong)
 
 
+def test_samples_are_drawn(tmp_path: Path) -> None:
+    import cv2
+
+    from grasp_bench.datasets.pictures import sample_sheet
+
+    root = write_jacquard(tmp_path / "j", SMALL)
+    assert sample_sheet(root, 2, tmp_path / "sheet.png") == ["0_obj0abc", "1_obj2abc"]
+    sheet = cv2.imread(str(tmp_path / "sheet.png"))
+    assert sheet is not None
+    assert sheet.shape == (299, 8 * 299, 3)
+
+
 # --- the real thing -----------------------------------------------------------------------
 
 def test_real_cornell_samples() -> None:

@@ -57,7 +57,10 @@ def show_command(
     count: Annotated[int, typer.Option(help="Scenes to show.", min=1)] = 8,
     out: Annotated[Path, typer.Option("--out", "-o", help="PNG to write.")] = Path("samples.png"),
 ) -> None:
-    """Draw samples of a data set: colour with good grasps, depth, quality and angle."""
+    """Draw samples of a data set: colour with good grasps, depth, quality and angle.
+
+    Shows generated scenes, and Cornell or Jacquard as training sees them.
+    """
     from grasp_bench.datasets.pictures import sample_sheet
 
     shown = sample_sheet(folder, count, out)

@@ -2,33 +2,48 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from grasp_bench.datasets.rectangles import open_collection
 from grasp_bench.errors import AssetError
-from grasp_bench.training.dataset import Scene, load_scene
+from grasp_bench.training.dataset import Scene, load_scene, read_index
+from grasp_bench.training.real import RealScenes
+
+CROP = 224
+"""Side of the network's input for which real images are framed [px]."""
 
 
 def sample_sheet(folder: Path, count: int, out: Path) -> list[str]:
     """Draw ``count`` scenes spread over the data set in ``folder`` into a PNG; returns their names.
 
+    Images of a Cornell or Jacquard copy are drawn as the scenes that training makes of them.
+
     Raises:
-        AssetError: when the folder has no index, or a scene is damaged.
+        AssetError: when the folder holds neither, or a scene is damaged.
     """
-    index = folder / "index.jsonl"
-    if not index.is_file():
-        raise AssetError(f"{folder} has no index.jsonl; name a folder made by `grasp-bench data synth`.")
-    lines = [json.loads(line) for line in index.read_text().splitlines()]
-    chosen = [lines[i] for i in np.unique(np.linspace(0, len(lines) - 1, count).astype(int))]
-    strips = [_strip(load_scene(folder / e["file"]), e["scene"]) for e in chosen]
+    if (folder / "index.jsonl").is_file():
+        entries = read_index(folder / "index.jsonl")
+        scenes = [load_scene(folder / entries[i]["file"]) for i in _spread(len(entries), count)]
+    else:
+        collection = open_collection(folder)
+        scenes = list(RealScenes(collection, _spread(len(collection.entries), count), CROP))
+    if not scenes:
+        raise AssetError(f"{folder} holds no scene yet; generate some with `grasp-bench data synth`.")
+    strips = [_strip(scene, scene.name) for scene in scenes]
     if len(strips) > 1:  # two scenes a row
         strips = [np.hstack(pair) for pair in zip(strips[::2], strips[1::2], strict=False)]
     cv2.imwrite(str(out), np.vstack(strips)[..., ::-1])
-    return [e["scene"] for e in chosen]
+    return [scene.name for scene in scenes]
+
+
+def _spread(number: int, count: int) -> list[int]:
+    if not number:
+        return []
+    return [int(i) for i in np.unique(np.linspace(0, number - 1, count).astype(int))]
 
 
 def _strip(scene: Scene, title: str) -> NDArray[np.uint8]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from grasp_bench.datasets.folds import Folds, Split, make_folds
 from grasp_bench.datasets.rectangles import Collection, DatasetName, open_collection
-from grasp_bench.errors import GraspBenchError
+from grasp_bench.errors import AssetError, GraspBenchError
 from grasp_bench.evaluation.metric import VERDICTS
 from grasp_bench.evaluation.protocols import CONVENTIONS, Case, Protocol, evaluate_case, make_case
 from grasp_bench.predictors import BUILT_IN, load_predictor
@@ -210,7 +210,10 @@ def _train_fold(question: Question, training: Training, collection: Collection, 
         "synthetic": [f.name for f in training.synthetic], "scenes": len(scenes.train)}
     config = settings.model_copy(update={"network": question.predictor, "init": facts["begun_with"]})
     path = out / f"{question.predictor}.safetensors"
-    trained = train(config, scenes, out, None, training.init)
+    try:
+        trained = train(config, scenes, out, None, training.init)
+    except AssetError as error:  # of a run with other settings
+        raise AssetError(str(error).replace("--out", "--runs")) from error
     save(trained.network, path, {"network": question.predictor, "input": _input(config), "trained": facts,
                                  "left_out": [collection.entries[i].name for i in folds.test[fold]]})
     return path, facts

@@ -93,9 +93,7 @@ def _rebuilt(mesh: Mended) -> m3.Manifold:
     touched = np.zeros(shape, bool)
     touched[tuple(index.T)] = True
     near = ndimage.binary_dilation(touched, iterations=4)
-    where = origin + cell * np.argwhere(near)
-    distance = np.full(shape, 5 * cell)
-    distance[near] = cKDTree(points).query(where, distance_upper_bound=5 * cell)[0].clip(max=5 * cell)
+    distance = _distance(points, near, origin, cell, shape)
     skin = distance < 0.9 * cell
     label, _ = ndimage.label(~skin)
     outside = label == label[0, 0, 0]
@@ -155,7 +153,8 @@ def isosurface(field: Floats) -> tuple[Floats, NDArray[np.int64]]:
                 ends.append(some[:, triangle])  # (T, 3, 2)
                 outward.append(place[:, count:].mean(1) - place[:, :count].mean(1))
     pairs, directions = np.concatenate(ends), np.concatenate(outward)
-    edge, index = np.unique(pairs.reshape(-1, 2), axis=0, return_inverse=True)
+    keys, index = np.unique(pairs[..., 0].astype(np.int64) * values.size + pairs[..., 1], return_inverse=True)
+    edge = np.stack(np.divmod(keys, values.size), axis=-1)
     first, second = values.ravel()[edge].T
     start, end = (np.stack(np.unravel_index(edge[:, i], values.shape), axis=-1).astype(float) for i in (0, 1))
     vertices = start + (first / (first - second))[:, None] * (end - start)

@@ -10,7 +10,7 @@ GATE_OBJECTS := adjustable_wrench,balloon_whisk,bottle_opener,carabiner,chef_kni
 	needle_nose_pliers,paint_brush,pepper_mill,power_plug,salt_shaker,soup_ladle,$\
 	stubby_phillips_screwdriver,telephone_handset,toy_boat
 GATE_PREDICTORS := oracle htc-grasp
-GATE_RUN = $(BIN)/grasp-bench run --objects $(GATE_OBJECTS) --trials 24 --quiet --max-errors 24 --predictor
+GATE_RUN = $(BIN)/grasp-bench run --objects $(GATE_OBJECTS) --trials 24 --quiet --predictor
 
 .PHONY: bench test check build docs objects gate gate-objects baseline clean
 
@@ -48,14 +48,15 @@ objects: $(STAMP)
 gate: $(STAMP)
 	rm -rf results/gate
 	set -e; for p in $(GATE_PREDICTORS); do \
-	  $(GATE_RUN) $$p --out results/gate/$$p; \
+	  $(GATE_RUN) $$p --out results/gate/$$p --max-errors 24; \
 	  $(BIN)/grasp-bench check results/gate/$$p --baseline results/baseline/$$p --margin 0.15; \
 	done
 
 gate-objects:
 	@echo objects=$(GATE_OBJECTS)
 
-# Makes the gate's baseline anew; commit results/baseline with the change that moved it, and say why.
+# Makes the gate's baseline anew, on an idle machine: a timeout or any other fault of the harness is refused.
+# Commit results/baseline with the change that moved it, and say why.
 baseline: $(STAMP)
 	rm -rf results/baseline
 	set -e; for p in $(GATE_PREDICTORS); do $(GATE_RUN) $$p --out results/baseline/$$p; done

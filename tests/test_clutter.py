@@ -18,7 +18,7 @@ from grasp_bench.clutter import Resting, lay_out, run_episode
 from grasp_bench.grasps import Grasp
 from grasp_bench.objects.catalog import Catalog, ObjectModel
 from grasp_bench.predictors.controls import Oracle
-from grasp_bench.report.clutter import in_words, summarise_clutter
+from grasp_bench.report.clutter import attempts_in_words, in_words, summarise_clutter
 from grasp_bench.report.table4 import build_report
 from grasp_bench.report.text import as_markdown
 from grasp_bench.scenario import Clutter, Scenario, with_value
@@ -175,6 +175,8 @@ def test_figures_over_episodes_are_added_up() -> None:
                                  {"objects": list("abcde"), "cleared": 1, "attempts": attempts[2:]}], 3)
     rates = {k: (figures[k]["successes"], figures[k]["trials"]) for k in ("attempts", "cleared", "emptied")}
     assert rates == {"attempts": (4, 6), "cleared": (4, 8), "emptied": (1, 3)}
+    assert [(t["successes"], t["trials"]) for t in figures["by_attempt"]] == [(2, 2), (1, 2), (1, 1), (0, 1)]
+    assert attempts_in_words(figures) == "1: 2/2, 2: 1/2, 3: 1/1, 4: 0/1"
     assert figures["outcomes"] == {"success": 4, "missed": 2}
     assert "objects cleared 4/8 = 50.0% (21.5% – 78.5%)" in in_words(figures)
     assert summarise_clutter([], 2)["attempts"]["trials"] == 0

@@ -20,6 +20,8 @@ def summarise_clutter(episodes: Sequence[dict[str, Any]], trials: int) -> dict[s
         trials: all trials; those without an episode (timeouts, errors) emptied no table.
     """
     attempts = [a for e in episodes for a in e["attempts"]]
+    turns = [[e["attempts"][i] for e in episodes if len(e["attempts"]) > i]
+             for i in range(max((len(e["attempts"]) for e in episodes), default=0))]
     ended = Counter(a["outcome"] for a in attempts)
 
     def share(successes: int, trials: int) -> dict[str, Any]:
@@ -33,8 +35,15 @@ def summarise_clutter(episodes: Sequence[dict[str, Any]], trials: int) -> dict[s
         "attempts": share(sum(a["success"] for a in attempts), len(attempts)),
         "cleared": share(sum(e["cleared"] for e in episodes), sum(len(e["objects"]) for e in episodes)),
         "emptied": share(sum(e["cleared"] == len(e["objects"]) for e in episodes), trials),
+        "by_attempt": [share(sum(a["success"] for a in turn), len(turn)) for turn in turns],
         "outcomes": dict(sorted(ended.items(), key=lambda o: (-o[1], o[0]))),
     }
+
+
+def attempts_in_words(figures: dict[str, Any]) -> str:
+    """Successes of first attempts, second attempts, and so on, over the tables that saw them."""
+    return ", ".join(f"{i}: {turn['successes']}/{turn['trials']}"
+                     for i, turn in enumerate(figures["by_attempt"], 1)) or "none"
 
 
 def in_words(figures: dict[str, Any]) -> str:

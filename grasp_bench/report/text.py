@@ -9,7 +9,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from grasp_bench.report.clutter import in_words
+from grasp_bench.report.clutter import attempts_in_words, in_words
 from grasp_bench.report.table4 import worst_objects
 
 HEAD = ("Authors", "System", "Grasped", "Rate", "95 % interval", "Printed", "Source")
@@ -41,7 +41,8 @@ def _title(run: dict[str, Any]) -> str:
 
 def _clutter(run: dict[str, Any]) -> str:
     figures = run["clutter"]
-    return f"Clutter, {figures['episodes']} tables: {in_words(figures)}. Outcomes of whole tables:"
+    return (f"Clutter, {figures['episodes']} tables: {in_words(figures)}. "
+            f"Lifted, by the number of the attempt: {attempts_in_words(figures)}. Outcomes of whole tables:")
 
 
 def _worst(run: dict[str, Any]) -> str:

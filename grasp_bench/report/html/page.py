@@ -16,6 +16,7 @@ from grasp_bench import __version__
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.objects.catalog import Catalog
 from grasp_bench.report import breakdown
+from grasp_bench.report.clutter import attempts_in_words, in_words
 from grasp_bench.report.compare import compare_all
 from grasp_bench.report.html import figures
 from grasp_bench.report.html.trials import Embedded, embed, rows_of
@@ -94,6 +95,7 @@ def render(runs: list[Run], root: Path | None, catalog: Catalog, limit: int) -> 
                      for n, r in zip(names, runs, strict=True)],
             "outcomes": figures.OUTCOMES, "trials": rows}
     context = {
+        "in_words": in_words, "attempts_in_words": attempts_in_words,
         "summary": summary, "runs": summary["runs"], "names": names, "pairs": compare_all(runs),
         "kinds": kinds, "categories": breakdown.by_category(runs), "quality": quality, "times": times,
         "charts": charts, "data": data, "count": len(rows), "version": __version__,

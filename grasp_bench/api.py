@@ -41,8 +41,9 @@ class FinishedRun(Run):
 def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = None,
         predictor: str | type | Predictor = "htc-grasp", scenario: PathLike | Scenario = "table4", *,
         seed: int = 0, workers: int | None = None, out: PathLike | None = None, renderer: str = "auto",
-        media: str = "none", progress: bool | OnTrial = True, shard: str = "1/1", executor: str = "process",
-        ray_address: str | None = None, memory_limit: float | None = None) -> FinishedRun:
+        media: str = "none", rerun: PathLike | None = None, progress: bool | OnTrial = True,
+        shard: str = "1/1", executor: str = "process", ray_address: str | None = None,
+        memory_limit: float | None = None) -> FinishedRun:
     """Try to pick up objects, record every trial, and return the run.
 
     The same call again goes on where it stopped, as the command does.
@@ -67,6 +68,7 @@ def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = No
         renderer: ``auto``, ``raycast`` (needs no graphics library), ``egl`` or ``osmesa``.
         media: ``none``, or pictures of all trials and clips of the ``failures`` or of ``all``, stored in
             the run's folder; records do not depend on it.
+        rerun: a Rerun recording of all trials of this call, ``FILE.rrd`` (extra ``rerun``).
         progress: a bar on standard error, nothing, or a function called with each record and whether
             it was there before.
         shard: ``"i/N"``: only every N-th trial, from the i-th on; ``grasp-bench merge`` puts the N
@@ -93,10 +95,14 @@ def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = No
         raise GraspBenchError(f"trials must be at least 1, not {trials}")
     if workers is not None and workers < 0:
         raise GraspBenchError(f"workers must not be negative, not {workers}; 0 takes one for each core")
+    if rerun is not None:
+        from grasp_bench.media.rerun_log import import_rerun
+
+        import_rerun()
     chosen = scenario if isinstance(scenario, Scenario) else load_scenario(os.fspath(scenario))
     catalog, names = select_objects(list(chosen.objects.names) or "all" if objects is None else objects)
-    if chosen.clutter is not None and media != "none":
-        raise GraspBenchError(f"media {media!r} is kept of single trials only; leave it out for clutter.")
+    if chosen.clutter is not None and (media != "none" or rerun is not None):
+        raise GraspBenchError("media and rerun keep single trials only; leave them out for clutter.")
     if chosen.clutter is not None and names != catalog.names:  # episodes draw from these
         reasons = {n: chosen.objects.names.get(n, "") for n in names}
         chosen = chosen.model_copy(update={"objects": chosen.objects.model_copy(update={"names": reasons})})
@@ -107,7 +113,7 @@ def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = No
     part = Shard.parse(shard)
     folder = Path(out) if out is not None else default_folder(name, chosen.name, seed, here is not None, part)
     settings = Settings(chosen, catalog.folder.resolve(), name, seed, resolve_renderer(renderer),
-                        check_mode(media), folder)
+                        check_mode(media), rerun is not None, folder)
     jobs = spread(names, len(names) if trials is None else trials, part)
     if not len(jobs):
         raise GraspBenchError(f"Shard {part} of {jobs.total} trials is empty; use fewer shards.")
@@ -119,6 +125,10 @@ def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = No
         executor, workers or 0, memory_limit=limit, ray_address=ray_address)
     with _reporting(progress, len(jobs)) as on_trial:
         summary = run_trials(settings, jobs, folder, 1, on_trial, here, chosen_executor)
+    if rerun is not None:
+        from grasp_bench.media.rerun_log import join_parts
+
+        join_parts(folder, Path(rerun))
     return FinishedRun(summary)
 
 

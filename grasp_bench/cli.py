@@ -75,6 +75,8 @@ def run(
              "such as 2%.")] = "0",
     media: Annotated[str, typer.Option(
         help="Pictures of all trials, and clips of: none (no pictures either), failures or all.")] = "none",
+    rerun: Annotated[Path | None, typer.Option(
+        help="Log all trials into a Rerun recording, FILE.rrd (extra `rerun`).")] = None,
     shard: Annotated[str, typer.Option(
         help="i/N: do only every N-th trial, from the i-th on; `grasp-bench merge` joins the N folders.",
     )] = "1/1",
@@ -101,8 +103,8 @@ def run(
     allowed = ErrorLimit.parse(max_errors)
     with terminate_as_interrupt(), Progress(len(spread(["any"], trials, Shard.parse(shard))), console) as bar:
         done = api.run(objects, trials, predictor, scenario, seed=seed, workers=workers, out=out,
-                       renderer=renderer, media=media, progress=bar.update, shard=shard, executor=executor,
-                       ray_address=ray_address, memory_limit=memory_limit)
+                       renderer=renderer, media=media, rerun=rerun, progress=bar.update, shard=shard,
+                       executor=executor, ray_address=ray_address, memory_limit=memory_limit)
     folder, summary, figures = done.folder, done.summary, done.figures
     if summary.repaired:
         console.print("[yellow]A torn last line, left by a kill, was cut off; "
@@ -123,6 +125,10 @@ def run(
                 f"(95 % interval {low:.1%} – {high:.1%})")
     console.print(f"[bold]{predictor}[/bold]{said}. "
                   f"Results in {folder}; see `grasp-bench report {folder}`.", soft_wrap=True)
+    if rerun is not None:
+        console.print(f"{rerun}: {rerun.stat().st_size / 1e6:.1f} MB; open it with `rerun {rerun}`."
+                      if rerun.is_file() else "No trial was done now, so there is nothing for Rerun; "
+                      "`grasp-bench replay` logs trials of a finished run.", soft_wrap=True)
     if media != "none":
         from grasp_bench.media.cost import describe_cost
 
@@ -140,6 +146,8 @@ def report(
     fmt: Annotated[str, typer.Option("--format", help="table, markdown, json or html.")] = "table",
     out: Annotated[Path | None, typer.Option(
         help="Write to this file instead of the terminal; html: FOLDER/report.html by default.")] = None,
+    render: Annotated[str, typer.Option(
+        help="html: make missing pictures and clips by doing trials again: none, failures or all.")] = "none",
     max_mb: Annotated[float, typer.Option(
         min=3, help="html: leave out pictures that would make the file larger; failures come first.")] = 15,
     objects: Annotated[Path | None, typer.Option(
@@ -154,8 +162,10 @@ def report(
     if fmt not in formats:
         raise UnknownNameError("report format", fmt, formats)
     if fmt == "html":
+        from grasp_bench.report.html.cli import render_missing
         from grasp_bench.report.html.page import describe, write_html
 
+        render_missing(find_runs(folder), render, objects)
         written = write_html(find_runs(folder), out or folder / "report.html", folder, objects,
                              round(1_000_000 * max_mb))
         typer.echo(describe(written))
@@ -199,6 +209,7 @@ def _register() -> None:
     from grasp_bench.leaderboard.cli import leaderboard_app
     from grasp_bench.objects.cli import objects_app
     from grasp_bench.predictors.cli import predictors_app, serve_command
+    from grasp_bench.replay.cli import replay_command
     from grasp_bench.scenarios_cli import scenarios_app
     from grasp_bench.shards.cli import merge_command
     from grasp_bench.sweeps.cli import sweep_command
@@ -219,6 +230,7 @@ def _register() -> None:
     app.command("train")(train_command)
     app.command("evaluate")(evaluate_command)
     app.command("bench-table")(bench_table_command)
+    app.command("replay")(replay_command)
     app.command("doctor")(doctor_command)
     app.command("merge")(merge_command)
     app.command("check")(check_command)

@@ -28,8 +28,8 @@ class Job:
 class Settings:
     """What a worker needs to know of the run.
 
-    What is kept of trials beside their records, ``media`` (one of
-    :data:`grasp_bench.media.store.MODES`), goes to ``folder``; no record depends on it.
+    What is kept of trials beside their records goes to ``folder``: ``media`` (one of
+    :data:`grasp_bench.media.store.MODES`), and parts of a Rerun recording. No record depends on it.
     """
 
     scenario: Scenario
@@ -38,12 +38,18 @@ class Settings:
     seed: int
     renderer: str
     media: str = "none"
+    rerun: bool = False
     folder: Path | None = None
+
+    @property
+    def keeps(self) -> bool:
+        """Something is kept of trials beside their records."""
+        return self.media != "none" or self.rerun
 
     @property
     def time_limit(self) -> float:
         """Seconds after which a worker is stopped: making pictures must not turn a trial into a timeout."""
-        return self.scenario.trial_timeout + (0.0 if self.media == "none" else MEDIA_TIME)
+        return self.scenario.trial_timeout + (MEDIA_TIME if self.keeps else 0.0)
 
 
 @dataclass(frozen=True)

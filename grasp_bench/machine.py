@@ -6,6 +6,10 @@ import os
 import platform
 from pathlib import Path
 
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""Set to 1 before a process that does trials imports NumPy: threads of two workers would only meet, and
+sums of numbers must not depend on how many cores a machine has."""
+
 
 def cpu_name() -> str:
     """The processor's model name, as far as the system tells."""

@@ -54,7 +54,7 @@ def test_records_are_the_same_with_and_without_media(toy_catalog: Path, scenario
     for predictor in ("oracle", "displaced"):
         for mode in store.MODES:
             run = tmp_path / f"{predictor}-{mode}"
-            worker.load(Settings(scenario, toy_catalog, predictor, 0, "raycast", mode, run))
+            worker.load(Settings(scenario, toy_catalog, predictor, 0, "raycast", media=mode, folder=run))
             answer = worker.do(Job(4, "block", 1))
             record = answer.record
             lines[predictor, mode] = dump(record)
@@ -70,7 +70,7 @@ def test_records_are_the_same_with_and_without_media(toy_catalog: Path, scenario
 def test_sheets_and_clips_are_small_and_move(watched: tuple[Trial, Recording], scenario: Scenario,
                                              tmp_path: Path) -> None:
     done, recording = watched
-    recorder = store.Recorder(tmp_path, "all", scenario)
+    recorder = store.PictureRecorder(tmp_path, "all", scenario)
     recorder._recording = recording
     recorder.keep(done, load_predictor("oracle"))
     media = store.find(tmp_path, 0)
@@ -94,7 +94,7 @@ def test_what_goes_wrong_is_written_down_and_told(watched: tuple[Trial, Recordin
     class Odd:
         last_maps = "not maps"
 
-    store.Recorder(tmp_path, "failures", scenario).keep(watched[0], Odd())
+    store.PictureRecorder(tmp_path, "failures", scenario).keep(watched[0], Odd())
     assert list(store.faults(tmp_path)) == [0]
     (tmp_path / "timings.jsonl").write_text('{"trial": 0, "execute": 3.0, "media": 1.0}\n')
     told = describe_cost(tmp_path)

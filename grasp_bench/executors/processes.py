@@ -22,6 +22,7 @@ from grasp_bench.executors import worker
 from grasp_bench.executors.memory import MemoryGuard, fair_share
 from grasp_bench.executors.protocol import Answer, Fault
 from grasp_bench.jobs import Job, Settings
+from grasp_bench.machine import THREADS
 from grasp_bench.outcomes import Outcome
 from grasp_bench.spawning import SpawnContext
 
@@ -56,8 +57,8 @@ class WorkerPool:
         self._pool: Any = None
 
     def __enter__(self) -> WorkerPool:
-        self._stack.callback(_set_environment, {n: os.environ.get(n) for n in worker.THREADS})
-        _set_environment(dict.fromkeys(worker.THREADS, "1"))  # before a worker imports NumPy
+        self._stack.callback(_set_environment, {n: os.environ.get(n) for n in THREADS})
+        _set_environment(dict.fromkeys(THREADS, "1"))  # before a worker imports NumPy
         self._stack.enter_context(self._guard)
         self._start()
         return self

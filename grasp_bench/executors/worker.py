@@ -13,16 +13,13 @@ from typing import TYPE_CHECKING, Any
 
 from grasp_bench.executors.protocol import Answer
 from grasp_bench.jobs import Job, Settings
+from grasp_bench.machine import THREADS
 from grasp_bench.outcomes import Outcome
 
 if TYPE_CHECKING:
     from grasp_bench.objects.catalog import Catalog
     from grasp_bench.predictors.protocol import Predictor
     from grasp_bench.trial import Workcell
-
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""Set to 1 before a worker starts: threads of two workers would only meet, and sums of numbers
-must not depend on how many cores a machine has."""
 
 _worker: dict[str, Any] = {}
 
@@ -70,7 +67,7 @@ def do(job: Job) -> Answer:
 
 def attempt(job: Job, settings: Settings, catalog: Catalog, cell: Workcell, predictor: Predictor) -> Answer:
     """One trial, whose record is an error where anything raises."""
-    from grasp_bench.media.store import recorder_for
+    from grasp_bench.media.recorders import recorders_for
     from grasp_bench.trial import Clock, TrialRecord, run_trial
 
     category = catalog.entries[job.object]["category"]
@@ -82,7 +79,7 @@ def attempt(job: Job, settings: Settings, catalog: Catalog, cell: Workcell, pred
                                   seed=settings.seed)
             return Answer(job, episode.record, {"trial": job.trial} | episode.clock.rounded())
         model = catalog.load(job.object)
-        recorder = recorder_for(settings)
+        recorder = recorders_for(settings)
         done = run_trial(cell, model, predictor, trial=job.trial, attempt=job.attempt, seed=settings.seed,
                          observer=recorder)
         record, seconds = done.record, done.clock.seconds

@@ -108,8 +108,9 @@ def proposed(image: RgbdImage, crop: Crop, grasps: list[Grasp], chosen: Grasp | 
     grey = cv2.cvtColor(crop.cut(image.rgb), cv2.COLOR_RGB2GRAY)
     picture: Rgb = np.repeat(grey[..., None], 3, axis=2).astype(np.uint8)
     if maps is not None:
-        whole = np.zeros(image.depth.shape, np.float32)
-        (rows, columns), (height, width) = image.depth.shape, maps.quality.shape
+        rows, columns = image.depth.shape
+        whole = np.zeros((rows, columns), np.float32)
+        height, width = maps.quality.shape
         x, y = origin
         top, bottom = max(y, 0), min(y + height, rows)
         left, right = max(x, 0), min(x + width, columns)

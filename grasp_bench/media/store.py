@@ -16,10 +16,10 @@ import numpy as np
 from PIL import Image
 
 from grasp_bench.errors import UnknownNameError
-from grasp_bench.jobs import Settings
 from grasp_bench.media.film import Filmer
 from grasp_bench.media.pictures import TILE, crop_for, depth, proposed, seen
 from grasp_bench.media.recording import Moment, Recording, moment
+from grasp_bench.outcomes import Outcome
 from grasp_bench.scenario import Scenario
 from grasp_bench.scene.world import World
 from grasp_bench.trial import Trial
@@ -59,19 +59,18 @@ def find(run: Path, trial: int) -> Media:
     return Media(sheet if sheet.is_file() else None, clip if clip.is_file() else None)
 
 
+def remove(run: Path, trial: int) -> None:
+    """Delete what is stored of a trial."""
+    for path in _paths(run, trial):
+        path.unlink(missing_ok=True)
+
+
 def wanted(mode: str, success: bool) -> bool:
     """Whether a trial that ended so gets a clip."""
     return mode == "all" or (mode == "failures" and not success)
 
 
-def recorder_for(settings: Settings) -> Recorder | None:
-    """The recorder of one trial; None where nothing is wanted."""
-    if settings.media == "none" or settings.folder is None:
-        return None
-    return Recorder(settings.folder, settings.media, settings.scenario)
-
-
-class Recorder:
+class PictureRecorder:
     """Watches one trial as its observer, and stores its pictures and clip afterwards.
 
     Args:
@@ -112,8 +111,7 @@ class Recorder:
                 with Filmer(done.world.model, self._scenario, CLIP_SIZE) as filmer:
                     _write(files[1], _webp([filmer.shoot(m.qpos) for m in [*moments, end]], 42))
         except Exception as error:  # a full disk, a foreign predictor's odd maps
-            with suppress(OSError):
-                _fault(self._run, number).write_text(f"{type(error).__name__}: {error}\n", encoding="utf-8")
+            note_fault(self._run, number, error)
 
     def _sheet(self, done: Trial, end: Moment, predictor: Any) -> np.ndarray:
         """(2 · TILE, 2 · TILE, 3) pictures of a trial."""
@@ -123,7 +121,9 @@ class Recorder:
             last = filmer.shoot(end.qpos)
         image, grasp = done.image, done.record.grasp
         crop = crop_for(image, [] if grasp is None else [grasp])
-        maps, origin = getattr(predictor, "last_maps", None), getattr(predictor, "crop_origin", (0, 0))
+        failed = done.record.outcome == Outcome.ERROR  # what a predictor has then is of an earlier image
+        maps = None if failed else getattr(predictor, "last_maps", None)
+        origin = getattr(predictor, "crop_origin", (0, 0))
         wanted_at = proposed(image, crop, done.grasps, grasp, maps, origin)
         return np.vstack([np.hstack([seen(image, crop, grasp), depth(image, crop, grasp)]),
                           np.hstack([wanted_at, last])])
@@ -134,8 +134,10 @@ def faults(run: Path) -> dict[int, str]:
     return {int(p.stem): p.read_text(encoding="utf-8").strip() for p in sorted((run / FOLDER).glob("*.txt"))}
 
 
-def _fault(run: Path, trial: int) -> Path:
-    return run / FOLDER / f"{trial:05}.txt"
+def note_fault(run: Path, trial: int, error: Exception) -> None:
+    """Write down why something of a trial could not be stored, if that can be."""
+    with suppress(OSError):
+        (run / FOLDER / f"{trial:05}.txt").write_text(f"{type(error).__name__}: {error}\n", encoding="utf-8")
 
 
 def _paths(run: Path, trial: int) -> tuple[Path, Path]:

@@ -31,6 +31,8 @@ class Predictor(Protocol):
       stream: one that draws numbers must use it, or its runs cannot be repeated;
     - ``info() -> dict``, JSON-able facts that identify it beyond its source, such as the hash of its
       weights: they are written to ``run.json``, and a run resumes only while they stay the same;
+    - ``last_maps: GraspMaps | None`` and ``crop_origin: tuple[int, int]``, its dense answer to the last image
+      and where its corner lies in that image [px]: pictures of trials show its quality;
     - ``close()``, called when it is not needed any more.
 
     The image is the predictor's own: what it writes into it, nobody else sees.

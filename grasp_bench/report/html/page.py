@@ -91,7 +91,8 @@ def render(runs: list[Run], root: Path | None, catalog: Catalog, limit: int) -> 
               **{f"by-{k['key']}": figures.success_by(k, names) for k in kinds},
               "calibration": figures.calibration(quality, names), "seconds": figures.seconds(times, names)}
     script, plotly = Markup(_asset("report.js")), _plotly()
-    data = {"runs": [{"name": n, "predictor": r.predictor, "scenario": r.info["scenario"].get("name")}
+    data = {"runs": [{"name": n, "predictor": r.predictor, "scenario": r.info["scenario"].get("name"),
+                      "path": n if r.folder.is_absolute() else r.folder.as_posix()}
                      for n, r in zip(names, runs, strict=True)],
             "outcomes": figures.OUTCOMES, "trials": rows}
     context = {

@@ -245,7 +245,7 @@
     const others = sameElsewhere(t);
     $("others").replaceChildren(...(others.length ? others.map((o) => item(o, runs[o.run].name))
       : [element("li", {}, "none in this report")]));
-    $("replay").textContent = `grasp-bench replay ${quoted(name)} --trial ${t.trial} --video trial.mp4`;
+    $("replay").textContent = `grasp-bench replay ${quoted(runs[t.run].path)} --trial ${t.trial} --video trial.mp4`;
     steer("previous", neighbour(-1));
     steer("next", neighbour(1));
     $("overview").hidden = true;

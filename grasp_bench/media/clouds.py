@@ -1,0 +1,25 @@
+"""What a depth camera saw as points."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grasp_bench.camera import CameraPose, RgbdImage
+
+
+def point_cloud(image: RgbdImage, pose: CameraPose, step: int = 2,
+                ) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
+    """World points (N, 3) [m] and colours (N, 3) of every ``step``-th valid pixel of every such row.
+
+    Args:
+        image: with depth.
+        pose: of the camera as the robot believes it.
+        step: pixels between two that are taken.
+    """
+    intrinsics = image.intrinsics
+    u, v = np.meshgrid(np.arange(0, intrinsics.width, step), np.arange(0, intrinsics.height, step))
+    depth = image.depth[v, u]
+    valid = depth > 0
+    pixels = np.stack([u[valid] + 0.5, v[valid] + 0.5], axis=-1)
+    return pose.to_world(intrinsics.deproject(pixels, depth[valid])), image.rgb[v, u][valid]

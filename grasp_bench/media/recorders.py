@@ -1,0 +1,55 @@
+"""What is kept of a run's trials beside their records."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+from grasp_bench.jobs import Settings
+from grasp_bench.scene.world import World
+from grasp_bench.trial import Trial
+
+
+class TrialRecorder(Protocol):
+    """Watches one trial as its observer, and stores something of it afterwards."""
+
+    def __call__(self, world: World) -> None:
+        """Called after every sample of the arm's motion."""
+        ...
+
+    def keep(self, done: Trial, predictor: Any) -> None:
+        """Store what is wanted; never raises."""
+        ...
+
+
+class Recorders:
+    """Several recorders as one."""
+
+    def __init__(self, recorders: Sequence[TrialRecorder]) -> None:
+        self._recorders = recorders
+
+    def __call__(self, world: World) -> None:
+        """See :class:`TrialRecorder`."""
+        for recorder in self._recorders:
+            recorder(world)
+
+    def keep(self, done: Trial, predictor: Any) -> None:
+        """See :class:`TrialRecorder`."""
+        for recorder in self._recorders:
+            recorder.keep(done, predictor)
+
+
+def recorders_for(settings: Settings) -> Recorders | None:
+    """What watches one trial; None where nothing is kept."""
+    if not settings.keeps or settings.folder is None:
+        return None
+    found: list[TrialRecorder] = []
+    if settings.media != "none":
+        from grasp_bench.media.store import PictureRecorder
+
+        found.append(PictureRecorder(settings.folder, settings.media, settings.scenario))
+    if settings.rerun:
+        from grasp_bench.media.rerun_log import RerunRecorder
+
+        found.append(RerunRecorder(settings.folder, settings.scenario))
+    return Recorders(found)

@@ -1,0 +1,1 @@
+"""Trials done again from their records: verified, told, and shown."""

@@ -1,0 +1,81 @@
+"""Makes pictures and clips of a finished run that recorded none, by doing its trials again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from grasp_bench.executors import make_executor
+from grasp_bench.jobs import Job
+from grasp_bench.media.store import faults, find, remove, wanted
+from grasp_bench.outcomes import HARNESS_FAULTS
+from grasp_bench.records import dump, scan
+from grasp_bench.replay.rebuild import job_of, settings_of
+from grasp_bench.results import TRIALS, load_run
+from grasp_bench.runner import carry_out
+
+
+@dataclass(frozen=True)
+class Rerendered:
+    """What :func:`rerender` did.
+
+    Attributes:
+        made: trials that have pictures now.
+        differing: numbers of trials that did not end as recorded; they got none.
+        failed: why pictures of a trial could not be made, by its number.
+    """
+
+    made: int
+    differing: tuple[int, ...]
+    failed: dict[int, str]
+
+
+def missing(folder: Path, mode: str) -> dict[int, dict[str, Any]]:
+    """Records, by number, of the trials that ``mode`` wants pictures and clips of and that lack some.
+
+    Trials that the harness is at fault for have no pictures.
+    """
+    lacking = {}
+    for line in scan(folder / TRIALS, unique=False):
+        record = line.record
+        media = find(folder, record["trial"])
+        moved = record.get("pose") is not None
+        if wanted(mode, record["success"]) and record["outcome"] not in HARNESS_FAULTS \
+                and (media.sheet is None or (moved and media.clip is None)):
+            lacking[record["trial"]] = record
+    return lacking
+
+
+def rerender(folder: Path, mode: str, objects: Path | None = None, workers: int = 0,
+             progress: Callable[[dict[str, Any]], None] = lambda record: None) -> Rerendered:
+    """Do trials of a run again to have their pictures and clips; its records are not touched.
+
+    Args:
+        folder: of the run.
+        mode: ``failures`` or ``all``.
+        objects: folder of the objects' catalogue; the shipped ones by default.
+        workers: processes; 0 takes one for each core.
+        progress: called with the new record of each trial.
+
+    Raises:
+        GraspBenchError: for a run that cannot be done again here.
+    """
+    run, lacking = load_run(folder), missing(folder, mode)
+    if not lacking:
+        return Rerendered(0, (), {})
+    settings, catalog = settings_of(run, folder, objects)
+    settings = replace(settings, media="all", folder=folder)
+    jobs: list[Job] = [job_of(run, record, folder) for record in lacking.values()]
+    differing = []
+    executor = make_executor("process", min(workers, len(jobs)))
+    with closing(carry_out(settings, jobs, catalog, executor)) as ended:
+        for record, _ in ended:
+            if dump(record) != dump(lacking[record["trial"]]):
+                differing.append(record["trial"])
+                remove(folder, record["trial"])
+            progress(record)
+    failed = {n: why for n, why in faults(folder).items() if n in lacking}
+    return Rerendered(len(jobs) - len(differing) - len(failed), tuple(sorted(differing)), failed)

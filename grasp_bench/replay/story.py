@@ -1,0 +1,69 @@
+"""A trial told in words: what was seen, what was wanted, and how it ended."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from grasp_bench.media.recording import Moment
+from grasp_bench.replay.rebuild import Replay
+from grasp_bench.trial import Trial
+
+
+def story(replay: Replay) -> list[str]:
+    """One sentence or two a step, in order."""
+    done, scenario = replay.done, replay.scenario
+    record = done.record
+    told = [f"Trial {record.trial}: {record.object} ({record.category}), scenario {scenario.name}, seed "
+            f"{record.seed}, predictor {replay.run['predictor']}."]
+    if done.image is None:
+        return [*told, f"Ended before there was an image: {record.outcome}. {record.detail}"]
+    valid = done.image.valid.mean()
+    near = float(np.percentile(done.image.depth[done.image.valid], 0.1)) if valid else math.nan
+    size = done.image.intrinsics
+    told.append(f"Seen: {size.width}×{size.height} pixels, {valid:.1%} of them with a depth, the nearest at "
+                f"{1000 * near:.0f} mm.")
+    if not done.grasps:
+        return [*told, f"Proposed: nothing. Ended: {record.outcome}. {record.detail}"]
+    best = done.grasps[0]
+    many = f"{len(done.grasps)} grasps, the best" if len(done.grasps) > 1 else "one grasp,"
+    told.append(f"Proposed: {many} at x {best.x:.1f}, y {best.y:.1f} px, {math.degrees(best.angle):.1f}°, "
+                f"{best.width:.1f} px wide, quality {best.quality:.2f}.")
+    told += _motion(done)
+    told += _contact(replay.recording.moments)
+    held = f"lifted {1000 * record.lift_height:.0f} mm and held with {record.contact_force:.0f} N a finger"
+    return [*told, f"Ended: {record.outcome}, {record.detail or held}."]
+
+
+def _motion(done: Trial) -> list[str]:
+    """What was planned, and how well it was reached."""
+    record, plan = done.record, done.plan
+    if plan is None:
+        return ["Planned: none of them can be carried out."]
+    x, y, z = 1000 * plan.pose.position
+    told = [f"Planned: number {record.rank} of them (from 0), fingers at x {x:.0f}, y {y:.0f}, z {z:.0f} mm, "
+            f"{1000 * plan.pose.opening:.0f} mm apart."]
+    if record.tcp_error is not None:
+        distance, angle = record.tcp_error
+        told.append(f"Reached: within {1000 * distance:.2f} mm and {math.degrees(angle):.2f}°.")
+    return told
+
+
+def _contact(moments: Sequence[Moment]) -> list[str]:
+    """When the fingers held the object, and when they no longer did."""
+    held = [m.touch is not None and m.touch.held for m in moments]
+    if not any(held):
+        touched = [m.time for m in moments if m.touch is not None and m.touch.left + m.touch.right > 0]
+        if touched:
+            return [f"Held: never by both fingers; one touched it from {touched[0]:.2f} s on."]
+        return ["Held: never; no finger touched it."] if moments else []
+    first, last = held.index(True), len(held) - 1 - held[::-1].index(True)
+    told = f"Held: by both fingers from {moments[first].time:.2f} s"
+    if last == len(held) - 1:
+        return [f"{told} to the end at {moments[-1].time:.2f} s."]
+    lost = moments[last + 1].touch
+    which = "both fingers" if lost is None or lost.left + lost.right == 0 else \
+        f"the {'left' if lost.left == 0 else 'right'} finger"
+    return [f"{told} to {moments[last].time:.2f} s, when {which} lost it."]

@@ -69,7 +69,7 @@ def dominant_plane(image: RgbdImage) -> Plane | None:
     near = np.abs(points @ normals[best] - offsets[best]) < THICKNESS
     slope, *_ = np.linalg.lstsq(rays[near], 1 / depth[seen][near], rcond=None)
     length = float(np.linalg.norm(slope))
-    return Plane(slope / length, 1 / length) if slope[2] > 0 else None
+    return Plane(np.asarray(slope / length, float), 1 / length) if slope[2] > 0 else None
 
 
 @dataclass(frozen=True)
@@ -119,10 +119,10 @@ def level_view(image: RgbdImage) -> LevelView | None:
     level = Intrinsics(given.width, given.height, focal, focal * given.fy / given.fx,
                        given.width / 2 - focal * middle[0] / middle[2],
                        given.height / 2 - focal * given.fy / given.fx * middle[1] / middle[2])
-    homography = level.matrix @ turn @ np.linalg.inv(given.matrix)
+    homography = np.asarray(level.matrix @ turn @ np.linalg.inv(given.matrix), float)
     # OpenCV puts pixel centres at integers, this project at integers + 0.5.
     half = np.array([[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1]])
-    warp = np.linalg.inv(half) @ homography @ half
+    warp = np.asarray(np.linalg.inv(half) @ homography @ half, float)
     size = (given.width, given.height)
     depth = (image.depth * (given.rays() @ plane.normal)).astype(np.float32)
     return LevelView(RgbdImage(

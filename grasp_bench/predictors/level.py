@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import wraps
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import cv2
 import numpy as np
@@ -131,7 +131,10 @@ def level_view(image: RgbdImage) -> LevelView | None:
         homography)
 
 
-def seen_level(predict: Callable[[Any, RgbdImage], list[Grasp]]) -> Callable[[Any, RgbdImage], list[Grasp]]:
+_Predict = TypeVar("_Predict", bound=Callable[..., list[Grasp]])
+
+
+def seen_level(predict: _Predict) -> _Predict:
     """Decorator of a predictor's ``predict``: it is given the picture as seen face on."""
 
     @wraps(predict)
@@ -139,4 +142,4 @@ def seen_level(predict: Callable[[Any, RgbdImage], list[Grasp]]) -> Callable[[An
         view = level_view(image)
         return predict(self, image) if view is None else view.inside(predict(self, view.image))
 
-    return wrapped
+    return cast(_Predict, wrapped)

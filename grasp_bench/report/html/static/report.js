@@ -302,6 +302,10 @@
   applyTheme();
   update();
   route();
-  document.querySelectorAll(".chart").forEach((box) => watcher.observe(box));
+  // Reading Plotly takes a browser most of a second: first the page, then its charts.
+  const idle = window.requestIdleCallback ?? ((then) => setTimeout(then, 200));
+  addEventListener("load", () => idle(() => {
+    document.querySelectorAll(".chart").forEach((box) => watcher.observe(box));
+  }));
   root.dataset.ready = "true";
 })();

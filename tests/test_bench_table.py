@@ -21,6 +21,7 @@ from grasp_bench.datasets.rectangles import open_collection
 from grasp_bench.datasets.synthetic import SynthConfig
 from grasp_bench.errors import AssetError, GraspBenchError, ResultsError
 from grasp_bench.evaluation.bench import bench, compare, read_evaluations, tables, trained_on
+from grasp_bench.evaluation.text import accuracy_table
 from grasp_bench.grasps import angle_difference
 from grasp_bench.predictors import BUILT_IN, load_predictor
 from grasp_bench.stats import holm, mcnemar, trials_to_distinguish
@@ -121,6 +122,14 @@ def test_command_prints_what_is_there(tmp_path: Path) -> None:
     assert "Alone" in out.read_text()
     stored = json.loads(CliRunner().invoke(app, [*common, "--format", "json"]).stdout)
     assert [e["predictor"] for e in stored["evaluations"]] == ["htc-grasp", "htc-grasp-no-ca"]
+
+
+def test_only_weights_that_saw_nothing_real_are_called_zero_shot() -> None:
+    seen = [{"input": "rgbd 224", "data": {"folders": ["synth", "cornell"], "real": ["cornell"]}, "steps": 5},
+            {"input": "rgbd 224", "trained": {"real_images": 32}}]
+    for weights in seen:
+        row = accuracy_table("cornell", [evaluation(weights=weights)]).rows[-1]
+        assert row[0] == "htc-grasp, weights that saw real images"
 
 
 def test_bad_folders(tmp_path: Path) -> None:

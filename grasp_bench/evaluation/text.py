@@ -106,7 +106,9 @@ def _ours(result: dict[str, Any]) -> list[str]:
     kind = {"rgbd": "RGB-D", "rgb": "RGB", "depth": "D"}.get(str(weights.get("input", "")).split(" ")[0], "")
     where = f"{result['images']} of {result['images_in_full']} {result['protocol']}"
     trained = _trained(result)
-    how = ", trained per fold" if trained else ", zero-shot" if weights else ""
+    seen_real = "trained" in weights or bool(weights.get("data", {}).get("real"))
+    how = (", trained per fold" if trained else ", weights that saw real images" if seen_real
+           else ", zero-shot" if weights else "")
     return [result["predictor"] + how, kind,
             result["split"] if trained else "", *rate_cells(result["correct"], result["images"]),
             f"{result['latency_ms']['cpu_median']:.0f}", where]

@@ -2,8 +2,8 @@
 
 Sweeps friction, grip force, depth noise, calibration error, time step and number of convex pieces for
 HTC-Grasp and the oracle, on every third object once. Writes figures to docs/images, numbers to
-docs/sensitivity.csv and tables between the markers of docs/physics.md. Takes about 25 core-minutes;
-resumes in ``sweeps/sensitivity`` when killed.
+docs/sensitivity.csv and the section Sensitivity of docs/physics.md. Takes about 25 core-minutes; resumes
+in ``sweeps/sensitivity`` when killed.
 """
 
 from __future__ import annotations
@@ -31,25 +31,69 @@ STUDY = {
 }
 
 
-def study(folder: Path, workers: int) -> list[Sweep]:
-    """All sweeps; the scenario's own value is run once and shared."""
+LEVEL = 0.05
+MEANING = {
+    "calibration.position_mm": "camera beside its nominal place, mm",
+    "gripper.friction_scale": "factor on the friction at the pads",
+    "sensor.axial_sigma": "depth noise near by, m",
+    "gripper.force": "grip force, N",
+    "physics.max_hulls": "convex pieces of an object at most; 0 for all",
+    "physics.timestep": "time step, s",
+    "calibration.rotation_deg": "camera turned against its nominal pose, °",
+}
+
+
+def study(folder: Path, workers: int, only: list[str]) -> list[Sweep]:
+    """The sweeps asked for; the scenario's own value is run once and shared."""
     objects = Catalog().names[::3]
     base = load_scenario("table4")
     done = []
     for parameter, values in STUDY.items():
+        if only and parameter not in only:
+            continue
         done.append(sweep(parameter, values, base, folder, predictors=PREDICTORS, objects=objects,
                           workers=workers, progress=lambda words, record, _: print(
                               f"\r{words}: trial {record['trial']:3d}", end="", file=sys.stderr)))
     return done
 
 
+def conclusion(done: Sweep) -> str:
+    """What the paired trials of one sweep say, in a sentence for each predictor."""
+    said = []
+    for name in done.predictors:
+        points = [p for p in done.points if p.predictor == name]
+        own = next(p for p in points if words(p.value) == words(done.own))
+        apart = [p for p in points if p.p is not None and p.p < LEVEL]
+        found = "".join(f"{words(p.value)} differs ({p.successes}/{p.trials}, −{p.lost}/+{p.gained}, "
+                        f"p = {p.p:.2g}); " for p in apart)
+        rest = "the other values cannot be told from it" if apart else "no value can be told from it"
+        if len(apart) == len(points) - 1:
+            rest = "no value is like it"
+        said.append(f"`{name}` {own.successes}/{own.trials} at {words(done.own)}: {found}{rest}")
+    return ". ".join(said) + "."
+
+
 def as_markdown(done: list[Sweep]) -> str:
-    """A table and a figure for each parameter."""
-    lines = []
+    """What was done, what follows, and a table and a figure for each parameter."""
+    count = {p.trials for one in done for p in one.points}
+    trials = ", ".join(map(str, sorted(count)))
+    lines = [
+        "How far does the result depend on what nobody knows exactly? `python benchmarks/sensitivity.py`",
+        "varies one value of `table4` at a time, for `oracle` and for `htc-grasp` with the weights shipped",
+        f"here, on every third object once: n = {trials} a point, the same objects in the same places with",
+        "the same random numbers. Intervals are 95 % Wilson. As the trials are paired, those lost (−) and gained",
+        "(+) against the reference, with the exact McNemar test, show what overlapping intervals hide;",
+        "p-values are not corrected for the number of comparisons. Numbers:",
+        "[sensitivity.csv](sensitivity.csv).", "",
+        f"Values that differ from the reference at p < {LEVEL:g}:", "",
+        *(f"- **`{one.parameter}`** ({MEANING[one.parameter]}): {conclusion(one)}" for one in done), "",
+        "What to conclude: a parameter whose values cannot be told apart, over a range that surely holds the",
+        "true one, does not decide the result at this n. One whose values differ must be known for the robot",
+        "in question before its success rate is compared with a simulated one.", ""]
     for one in done:
         lines += [f"### `{one.parameter}`", "", f"![Success against {one.parameter}]"
                   f"(images/sensitivity-{one.parameter}.svg)", "",
-                  "| Predictor | Value | Lifted | 95 % interval | Lost / gained | p |",
+                  "| Predictor | Value | Lifted | 95 % interval | − / + | p |",
                   "| --- | ---: | ---: | --- | ---: | ---: |"]
         for p in one.points:
             own = words(p.value) == words(one.own)
@@ -65,8 +109,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--folder", type=Path, default=ROOT / "sweeps" / "sensitivity")
+    parser.add_argument("--only", nargs="*", default=[], choices=list(STUDY), help="these parameters")
     arguments = parser.parse_args()
-    done = study(arguments.folder, arguments.workers)
+    done = study(arguments.folder, arguments.workers, arguments.only)
     docs = ROOT / "docs"
     for one in done:
         (docs / "images" / f"sensitivity-{one.parameter}.svg").write_text(as_svg(one), encoding="utf-8")
@@ -76,7 +121,12 @@ def main() -> None:
     sys.path.insert(0, str(docs))
     from make_tables import replace  # pyright: ignore[reportMissingImports]
 
-    replace(docs / "physics.md", "sensitivity", as_markdown(done))
+    page = docs / "physics.md"
+    text = page.read_text(encoding="utf-8")
+    if "<!-- sensitivity -->" not in text:
+        text = f"{text.rstrip()}\n\n## Sensitivity\n\n<!-- sensitivity -->\n<!-- /sensitivity -->\n"
+        page.write_text(text, encoding="utf-8")
+    replace(page, "sensitivity", as_markdown(done))
     trials = sum(len(load_trials(f)) for f in find_runs(arguments.folder))
     print(f"\n{trials} trials; docs/physics.md, docs/sensitivity.csv and docs/images written.")
 

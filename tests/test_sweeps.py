@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import csv
+import importlib.util
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -109,6 +111,27 @@ def test_names_in_drawings_are_escaped(table4: Scenario, tmp_path: Path, simulat
     assert ElementTree.fromstring(as_svg(done)) is not None
     assert "m:<b>&" not in as_svg(done)
     assert "</script><b>" not in as_html(done)
+
+
+def test_the_sensitivity_study_says_which_values_differ(
+        table4: Scenario, tmp_path: Path, simulated: list[Path]) -> None:
+    script = Path(__file__).parents[1] / "benchmarks" / "sensitivity.py"
+    spec = importlib.util.spec_from_file_location("sensitivity", script)
+    assert spec is not None
+    assert spec.loader is not None
+    study = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(study)
+    for parameter, values in study.STUDY.items():
+        assert "reference" in varied(table4, parameter, values)
+        assert parameter in study.MEANING
+    done = sweep("gripper.force", [20, 60], table4, tmp_path, predictors=["oracle"], trials=10)
+    assert study.conclusion(done) == "`oracle` 10/10 at 60: no value can be told from it."
+    apart = replace(done, points=(replace(done.points[0], p=0.01), done.points[1]))
+    assert study.conclusion(apart) == ("`oracle` 10/10 at 60: 20 differs (8/10, −2/+0, p = 0.01); "
+                                       "no value is like it.")
+    text = study.as_markdown([done])
+    assert "| oracle | 60 (reference) | 10/10 = 100.0% | 72.2% – 100.0% |  |  |" in text
+    assert "n = 10 a point" in text
 
 
 def test_the_command_names_what_is_wrong_before_the_first_trial(tmp_path: Path) -> None:

@@ -398,7 +398,9 @@ def test_a_command_is_not_given_to_a_shell(command, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
 def test_the_server_ends_with_its_worker_however_that_dies(number: int, command, tmp_path: Path) -> None:
-    code = ("import sys, time\nfrom grasp_bench.predictors import load_predictor\n"
+    # A shell's background job, and what it starts, ignores SIGINT until told otherwise.
+    code = ("import signal, time\nfrom grasp_bench.predictors import load_predictor\n"
+            "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
             f"load_predictor({'cmd: ' + command('fine')!r})\nprint('ready', flush=True)\ntime.sleep(600)")
     worker = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
     assert worker.stdout is not None
@@ -406,7 +408,7 @@ def test_the_server_ends_with_its_worker_however_that_dies(number: int, command,
     (pid,) = pids(tmp_path)
     os.kill(pid, 0)
     worker.send_signal(number)
-    worker.wait()
+    worker.wait(timeout=60)
     worker.stdout.close()
     assert gone(pid)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import signal
 import tempfile
 from pathlib import Path
 
@@ -21,6 +22,9 @@ from grasp_bench.objects.model import ObjectSpec, Part
 from grasp_bench.objects.poses import build_rest
 from grasp_bench.objects.shapes import box, cylinder, move, sphere
 from grasp_bench.scenario import Camera, Scenario, load_scenario
+
+# A shell's background job ignores Ctrl-C, and so would all that the tests start and then interrupt.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 settings.register_profile("quick", deadline=None, derandomize=True, max_examples=50)
 settings.load_profile("quick")

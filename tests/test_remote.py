@@ -398,9 +398,7 @@ def test_a_command_is_not_given_to_a_shell(command, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
 def test_the_server_ends_with_its_worker_however_that_dies(number: int, command, tmp_path: Path) -> None:
-    # A shell's background job, and what it starts, ignores SIGINT until told otherwise.
-    code = ("import signal, time\nfrom grasp_bench.predictors import load_predictor\n"
-            "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+    code = ("import time\nfrom grasp_bench.predictors import load_predictor\n"
             f"load_predictor({'cmd: ' + command('fine')!r})\nprint('ready', flush=True)\ntime.sleep(600)")
     worker = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
     assert worker.stdout is not None

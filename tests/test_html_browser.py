@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,6 +23,14 @@ PATIENCE = 120_000
 TRIALS = 150
 
 
+def until(page: Any, expression: str, arg: Any = None) -> None:
+    """Wait for a JavaScript expression; ``wait_for_function`` polls by ``eval``, which the page forbids."""
+    deadline = time.monotonic() + PATIENCE / 1000
+    while not page.evaluate(expression, arg):
+        assert time.monotonic() < deadline, f"never true: {expression}"
+        page.wait_for_timeout(20)
+
+
 @dataclass
 class Opened:
     """A page, and what its browser complained of or asked for."""
@@ -34,7 +43,7 @@ class Opened:
     def go(self, address: str = "") -> None:
         self.page.goto("about:blank")
         self.page.goto(self.url + address)
-        self.page.wait_for_function("document.documentElement.dataset.ready")
+        until(self.page, "document.documentElement.dataset.ready")
 
     def names(self) -> list[str]:
         return self.page.locator("#grid .name").all_inner_texts()
@@ -76,7 +85,7 @@ def opened(browser: Any, report: Path, request: pytest.FixtureRequest) -> Iterat
 def draw_charts(page: Any) -> int:
     for box in page.query_selector_all(".chart"):
         box.scroll_into_view_if_needed()
-    page.wait_for_function("[...document.querySelectorAll('.chart')].every(b => b.dataset.drawn)")
+    until(page, "[...document.querySelectorAll('.chart')].every(b => b.dataset.drawn)")
     return page.locator(".chart .main-svg").count()
 
 
@@ -87,7 +96,7 @@ def test_all_charts_are_drawn_and_follow_the_theme(opened: Opened) -> None:
     light = page.evaluate(text)
     assert page.locator("html").get_attribute("data-theme") == "light"
     page.click("#theme")
-    page.wait_for_function("[...document.querySelectorAll('.chart')].every(b => b.dataset.drawn === 'dark')")
+    until(page, "[...document.querySelectorAll('.chart')].every(b => b.dataset.drawn === 'dark')")
     assert page.evaluate(text) != light
     assert page.locator("#theme").inner_text() == "Light"
 
@@ -106,7 +115,7 @@ def test_filters_narrow_the_grid_and_reset_restores_it(opened: Opened) -> None:
     page.fill("#search", "nothing is called so")
     assert page.inner_text("#count") == "0 of 300 trials, 0 of them succeeded"
     page.click("button[type=reset]")
-    page.wait_for_function("document.getElementById('count').textContent.startsWith('300 of 300')")
+    until(page, "document.getElementById('count').textContent.startsWith('300 of 300')")
 
 
 def test_failures_come_first_and_any_column_sorts_both_ways(opened: Opened) -> None:
@@ -144,7 +153,7 @@ def test_pictures_are_decoded_when_they_come_into_view(opened: Opened) -> None:
     assert page.locator("#grid img").count() == 0
     page.locator("#grid li").first.scroll_into_view_if_needed()
     page.wait_for_selector("#grid img")
-    page.wait_for_function("document.querySelector('#grid img').naturalWidth === 64")
+    until(page, "document.querySelector('#grid img').naturalWidth === 64")
     assert 0 < page.locator("#grid img").count() < 60
 
 
@@ -155,14 +164,14 @@ def test_a_trial_has_a_page_with_pictures_numbers_and_the_other_runs(opened: Ope
     page.wait_for_selector("#trial:not([hidden])")
     assert page.inner_text("#trial-title") == "coffee_mug: trial 1 of it's <b>bold<"
     assert "missed: because </script>" in page.inner_text("#trial-outcome")
-    page.wait_for_function("document.getElementById('sheet').naturalWidth === 64")
-    page.wait_for_function("document.getElementById('clip').naturalWidth === 64")
+    until(page, "document.getElementById('sheet').naturalWidth === 64")
+    until(page, "document.getElementById('clip').naturalWidth === 64")
     numbers = page.inner_text("#numbers")
     assert "300.5 px" in numbers
     assert "28.65°" in numbers
     assert page.inner_text("#replay") == "grasp-bench replay 'it'\\''s <b>bold<' --trial 1 --video trial.mp4"
     page.click("#others a")
-    page.wait_for_function("document.getElementById('trial-title').textContent.endsWith('of plain')")
+    until(page, "document.getElementById('trial-title').textContent.endsWith('of plain')")
     assert page.inner_text("#no-media") == "No picture of this trial is in this file."
     page.click("#back")
     page.wait_for_selector("#overview:not([hidden])")
@@ -192,9 +201,9 @@ def test_everything_works_from_the_keyboard(opened: Opened) -> None:
     page.keyboard.press("Tab")
     assert page.evaluate("document.activeElement.className") == "skip"
     page.keyboard.press("/")
-    page.wait_for_function("document.activeElement.id === 'search'")
+    until(page, "document.activeElement.id === 'search'")
     page.keyboard.type("slipped plain")
-    page.wait_for_function("document.getElementById('count').textContent.startsWith('25 of')")
+    until(page, "document.getElementById('count').textContent.startsWith('25 of')")
     for _ in range(40):
         page.keyboard.press("Tab")
         if page.evaluate("document.activeElement.closest('#grid') !== null"):
@@ -203,15 +212,15 @@ def test_everything_works_from_the_keyboard(opened: Opened) -> None:
     outline = "getComputedStyle(document.activeElement).outlineStyle"
     assert page.evaluate(outline) != "none"
     page.keyboard.press("Enter")
-    page.wait_for_function("document.activeElement.id === 'trial-title'")
+    until(page, "document.activeElement.id === 'trial-title'")
     first = page.inner_text("#trial-title")
     page.keyboard.press("ArrowRight")
-    page.wait_for_function("t => document.getElementById('trial-title').textContent !== t", arg=first)
+    until(page, "t => document.getElementById('trial-title').textContent !== t", arg=first)
     page.keyboard.press("ArrowLeft")
-    page.wait_for_function("t => document.getElementById('trial-title').textContent === t", arg=first)
+    until(page, "t => document.getElementById('trial-title').textContent === t", arg=first)
     page.keyboard.press("Escape")
     page.wait_for_selector("#overview:not([hidden])")
-    page.wait_for_function("document.activeElement.closest('#grid') !== null")
+    until(page, "document.activeElement.closest('#grid') !== null")
 
 
 CONTRAST = """() => {
@@ -250,7 +259,7 @@ def test_text_contrasts_as_wcag_asks_for(opened: Opened) -> None:
     for address in ("", "#it's%20%3Cb%3Ebold%3C/1"):
         page.evaluate("a => { location.hash = a; }", address)
         page.evaluate("document.querySelectorAll('details').forEach(d => { d.open = true; })")
-        page.wait_for_function("a => document.getElementById('trial').hidden === (a === '')", arg=address)
+        until(page, "a => document.getElementById('trial').hidden === (a === '')", arg=address)
         found = page.evaluate(CONTRAST)
         assert found["seen"] > 20
         assert found["bad"] == []

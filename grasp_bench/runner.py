@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 from grasp_bench.errors import GraspBenchError, ResultsError
 from grasp_bench.executors import Executor, Fault, Here, make_executor
+from grasp_bench.integrity import sha256
 from grasp_bench.jobs import WHOLE, Job, Jobs, Settings, Shard, spread
 from grasp_bench.machine import cpu_name
-from grasp_bench.objects.catalog import Catalog, sha256
+from grasp_bench.objects.catalog import Catalog
 from grasp_bench.paths import assets_dir
 from grasp_bench.predictors import BUILT_IN
 from grasp_bench.predictors.identity import identify

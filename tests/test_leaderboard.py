@@ -13,9 +13,10 @@ import yaml
 
 from grasp_bench.errors import ResultsError
 from grasp_bench.grasps import Grasp, GraspPose
+from grasp_bench.integrity import sha256
 from grasp_bench.leaderboard.page import as_markdown
 from grasp_bench.leaderboard.rows import About, Row, check, load_row
-from grasp_bench.objects.catalog import Catalog, sha256
+from grasp_bench.objects.catalog import Catalog
 from grasp_bench.paths import assets_dir
 from grasp_bench.records import dump
 from grasp_bench.scenario import load_scenario

@@ -14,8 +14,10 @@ from safetensors.torch import load_file, save_file
 
 from grasp_bench.camera import Intrinsics, RgbdImage
 from grasp_bench.errors import AssetError, UnknownNameError
+from grasp_bench.integrity import MANIFEST, add_to_manifest, sha256
 from grasp_bench.networks import build
-from grasp_bench.networks.weights import MANIFEST, add_to_manifest, load, read_metadata, save, sha256
+from grasp_bench.networks.weights import load, read_metadata, save
+from grasp_bench.predictors import identity
 from grasp_bench.predictors.network import NetworkPredictor, centre_crop
 
 
@@ -237,3 +239,23 @@ def test_a_folder_is_no_weights(tmp_path: Path) -> None:
     (tmp_path / "gg-cnn.safetensors").mkdir()
     with pytest.raises(AssetError, match=r"gg-cnn\.safetensors are missing"):
         load("gg-cnn", tmp_path / "gg-cnn.safetensors")
+
+
+def test_a_run_checks_shipped_weights_without_loading_the_network() -> None:
+    code = ("import sys; from grasp_bench.predictors.identity import identify; "
+            "print(identify('htc-grasp'), 'torch' in sys.modules)")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["None", "False"]
+
+
+def test_a_run_does_not_begin_with_altered_or_missing_weights(tmp_path: Path,
+                                                              monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "weights"
+    folder.mkdir()
+    monkeypatch.setattr(identity, "assets_dir", lambda: tmp_path)
+    with pytest.raises(AssetError, match=r"htc-grasp\.safetensors are missing; train them"):
+        identity.identify("htc-grasp")
+    (folder / "htc-grasp.safetensors").write_bytes(b"not those shipped")
+    (folder / MANIFEST).write_text(json.dumps({"htc-grasp.safetensors": "0" * 64}))
+    with pytest.raises(AssetError, match="does not have the SHA-256"):
+        identity.identify("htc-grasp")

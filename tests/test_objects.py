@@ -14,8 +14,9 @@ import trimesh
 from scipy.spatial import ConvexHull
 
 from grasp_bench.errors import AssetError, UnknownNameError
+from grasp_bench.integrity import sha256
 from grasp_bench.objects.build import build_shape, mass_properties, write_manifest
-from grasp_bench.objects.catalog import Catalog, ObjectModel, sha256
+from grasp_bench.objects.catalog import Catalog, ObjectModel
 from grasp_bench.objects.decompose import BOUNDS, MAX_HULLS, MAX_VERTICES, compare, decompose, reduce_hull
 from grasp_bench.objects.heightfield import CELL, HeightField, analyse, maxima
 from grasp_bench.objects.materials import MATERIALS

@@ -127,14 +127,12 @@ def _objects() -> Check:
 
 
 def _weights() -> Check:
-    from grasp_bench.objects.catalog import sha256
+    from grasp_bench.integrity import check_manifest, sha256
     from grasp_bench.predictors import BUILT_IN
 
     folder = assets_dir() / "weights"
     needed = sorted({e.weights for e in BUILT_IN.values() if e.weights})
     missing = [n for n in needed if not (folder / n).is_file()]
-    from grasp_bench.networks.weights import check_manifest
-
     altered = []
     for name in needed:
         try:

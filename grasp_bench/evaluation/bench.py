@@ -9,8 +9,9 @@ from typing import Any
 
 from grasp_bench.errors import AssetError, GraspBenchError, ResultsError
 from grasp_bench.evaluation.text import TextTable, ablation_table, accuracy_table, rate_cells
+from grasp_bench.integrity import sha256, weights_path
 from grasp_bench.networks import NETWORKS, build, parameter_count
-from grasp_bench.networks.weights import read_metadata, sha256, stored_input, weights_path
+from grasp_bench.networks.weights import read_metadata, stored_input
 from grasp_bench.predictors import BUILT_IN
 from grasp_bench.report.table4 import PAPER
 from grasp_bench.runs import Run

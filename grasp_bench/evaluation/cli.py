@@ -72,7 +72,7 @@ def evaluate_command(
 
         result = evaluate(question, training, report)
     if out is not None:
-        from grasp_bench.networks.weights import write_whole
+        from grasp_bench.integrity import write_whole
 
         out.parent.mkdir(parents=True, exist_ok=True)
         write_whole(out, (json.dumps(result, indent=1, ensure_ascii=False) + "\n").encode())
@@ -90,8 +90,8 @@ def _training(predictor: str, steps: int, init: str, weights: Path | None, data:
               real_share: float, batch: int, lr: float, seed: int, threads: int, out: Path) -> Training:
     from grasp_bench.errors import GraspBenchError
     from grasp_bench.evaluation.evaluate import Training
+    from grasp_bench.integrity import weights_path
     from grasp_bench.networks import info
-    from grasp_bench.networks.weights import weights_path
     from grasp_bench.training.config import TrainConfig
 
     info(predictor)  # only networks can be trained; the error lists them
@@ -155,7 +155,7 @@ def bench_table_command(
     if out is None:
         typer.echo(text, nl=False)
     else:
-        from grasp_bench.networks.weights import write_whole
+        from grasp_bench.integrity import write_whole
 
         out.parent.mkdir(parents=True, exist_ok=True)
         write_whole(out, text.encode())

@@ -200,7 +200,7 @@ def _record_fault(records: list[dict[str, Any]]) -> str:
 
 
 def _weights_fault(run: dict[str, Any]) -> str:
-    from grasp_bench.objects.catalog import sha256
+    from grasp_bench.integrity import sha256
     from grasp_bench.paths import assets_dir
 
     entry = BUILT_IN.get(run["predictor"])

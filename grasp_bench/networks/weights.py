@@ -5,9 +5,7 @@ Parameters are stored in float16, running statistics as they are; both are float
 
 from __future__ import annotations
 
-import hashlib
 import json
-import os
 from pathlib import Path
 from typing import Any
 
@@ -17,28 +15,16 @@ from safetensors.torch import save as to_bytes
 from torch import nn
 
 from grasp_bench.errors import AssetError
+from grasp_bench.integrity import check_manifest, missing_weights, sha256, weights_path, write_whole
 from grasp_bench.networks import build, info
-from grasp_bench.paths import assets_dir
 
-MANIFEST = "manifest.json"
 _KEY = "grasp_bench"
-
-
-def weights_path(name: str) -> Path:
-    """Where the shipped weights of network ``name`` lie."""
-    return assets_dir() / "weights" / f"{name}.safetensors"
-
-
-def sha256(path: Path) -> str:
-    """Hex digest of a file."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def described(path: Path) -> str:
     """Name and first digits of the SHA-256 of weights; AssetError when they are missing."""
     if not path.is_file():
-        _read(path)
+        raise missing_weights(path)
     return f"{path.name} {sha256(path)[:16]}"
 
 
@@ -59,16 +45,6 @@ def save(network: nn.Module, path: Path, metadata: dict[str, Any]) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     header = {_KEY: json.dumps(metadata, sort_keys=True, ensure_ascii=False)}
     write_whole(path, to_bytes(tensors, header))
-
-
-def write_whole(path: Path, content: bytes) -> None:
-    """Writes a file at once or not at all: a kill leaves the old one."""
-    partial = path.with_name(path.name + ".part")
-    with partial.open("wb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(partial, path)
 
 
 def read_metadata(path: Path) -> dict[str, Any]:
@@ -119,36 +95,13 @@ def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]
     return network.eval(), metadata
 
 
-def check_manifest(path: Path) -> None:
-    """Compares ``path`` with the manifest beside it, if that lists it."""
-    manifest = path.with_name(MANIFEST)
-    if not (manifest.is_file() and path.is_file()):
-        return
-    try:
-        expected = json.loads(manifest.read_text(encoding="utf-8")).get(path.name)
-    except (ValueError, AttributeError) as error:
-        raise AssetError(f"{manifest} is not a JSON object of file: sha256 ({error}); restore it.") from error
-    if expected is not None and sha256(path) != expected:
-        raise AssetError(f"{path} does not have the SHA-256 in {manifest.name} ({str(expected)[:9]}…): "
-                         f"it was altered or only partly fetched; restore it, e.g. reinstall grasp-bench.")
-
-
-def add_to_manifest(path: Path) -> None:
-    """Records the SHA-256 of ``path`` in the manifest beside it."""
-    manifest = path.with_name(MANIFEST)
-    known = json.loads(manifest.read_text(encoding="utf-8")) if manifest.is_file() else {}
-    known[path.name] = sha256(path)
-    manifest.write_text(json.dumps(known, indent=2, sort_keys=True) + "\n", encoding="utf-8")
-
-
 def _kind(tensor: torch.Tensor) -> str:
     return str(tensor.dtype).removeprefix("torch.")
 
 
 def _read(path: Path) -> tuple[dict[str, torch.Tensor], dict[str, Any]]:
     if not path.is_file():
-        raise AssetError(f"Weights {path} are missing; train them with `grasp-bench train --predictor "
-                         f"{path.stem} --export`, or give the path of a .safetensors file.")
+        raise missing_weights(path)
     try:
         with safe_open(path, framework="pt") as file:
             metadata = json.loads((file.metadata() or {}).get(_KEY, "{}"))

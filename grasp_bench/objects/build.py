@@ -19,7 +19,8 @@ import trimesh
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
-from grasp_bench.objects.catalog import FILES, MANIFEST, VisualPart, sha256
+from grasp_bench.integrity import MANIFEST, sha256
+from grasp_bench.objects.catalog import FILES, VisualPart
 from grasp_bench.objects.decompose import BOUNDS, compare, decompose
 from grasp_bench.objects.materials import MATERIALS
 from grasp_bench.objects.model import REGISTRY, ObjectSpec, Part

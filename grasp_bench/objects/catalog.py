@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.errors import AssetError, UnknownNameError
+from grasp_bench.integrity import MANIFEST, sha256
 from grasp_bench.paths import assets_dir
 
 if TYPE_CHECKING:  # type checkers do not see that a cached_property meets a protocol's property
@@ -26,7 +27,6 @@ else:
     from functools import cached_property
 
 Floats = NDArray[np.float64]
-MANIFEST = "manifest.json"
 FILES = ("visual.glb", "collision.glb", "object.json")
 
 
@@ -135,11 +135,6 @@ def _load_glb(path: Path) -> Any:
     except Exception as error:
         raise AssetError(f"{path} cannot be read as a GLB mesh ({error}). Run `grasp-bench objects verify`; "
                          "restore the file or rebuild it with `grasp-bench objects build`.") from error
-
-
-def sha256(path: Path) -> str:
-    """Hex digest of a file's bytes."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def combined_digest(files: dict[str, str]) -> str:

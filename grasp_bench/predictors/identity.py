@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import shlex
 import sys
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from grasp_bench.errors import PredictorError
+from grasp_bench.integrity import check_manifest, missing_weights, sha256
 from grasp_bench.paths import assets_dir
 from grasp_bench.predictors import ADDRESSES, BUILT_IN, COMMAND, installed, load_predictor, python_path
 
@@ -32,6 +32,8 @@ def identify(name: str, predictor: object = None) -> dict[str, Any] | None:
     """
     if predictor is not None:
         return describe(name, predictor)
+    if _intact(name):
+        return None
     predictor = load_predictor(name)
     try:
         if name in BUILT_IN:
@@ -43,6 +45,21 @@ def identify(name: str, predictor: object = None) -> dict[str, Any] | None:
             close()
 
 
+def _intact(name: str) -> bool:
+    """Whether a predictor has weights and they are those shipped: it then loads, as surely as if tried.
+
+    Raises:
+        AssetError: when they are missing or altered.
+    """
+    entry = BUILT_IN.get(name)
+    if entry is None or entry.weights is None:
+        return False
+    path = assets_dir() / "weights" / entry.weights
+    if not path.is_file():
+        raise missing_weights(path)
+    return check_manifest(path)
+
+
 def describe(name: str, predictor: object) -> dict[str, Any]:
     """The facts of a predictor that is loaded."""
     facts: dict[str, Any] = {}
@@ -50,12 +67,12 @@ def describe(name: str, predictor: object) -> dict[str, Any]:
         weights = BUILT_IN[name].weights
         facts["software"] = f"grasp-bench {version('grasp-bench')}"
         if weights is not None:
-            facts["files"] = {weights: _digest(assets_dir() / "weights" / weights)}
+            facts["files"] = {weights: sha256(assets_dir() / "weights" / weights)}
     elif name.startswith(COMMAND):
         program, *words = shlex.split(name.removeprefix(COMMAND))
         if not Path(program).is_absolute():  # an interpreter may differ between the machines of one run
             words.insert(0, program)
-        facts["files"] = {word: _digest(Path(word)) for word in words if Path(word).is_file()}
+        facts["files"] = {word: sha256(Path(word)) for word in words if Path(word).is_file()}
     elif not name.startswith(ADDRESSES):
         module = python_path(name).partition(":")[0]
         facts["files"] = sources(module) | sources(type(predictor).__module__)
@@ -88,7 +105,7 @@ def sources(module_name: str) -> dict[str, str]:
         neighbour = Path(path).resolve()
         if neighbour.is_relative_to(folder) and neighbour.is_file():  # some modules name no real file
             found.add(neighbour)
-    return {path.relative_to(folder).as_posix(): _digest(path) for path in sorted(found)}
+    return {path.relative_to(folder).as_posix(): sha256(path) for path in sorted(found)}
 
 
 def _plain(name: str, info: Any) -> Any:
@@ -110,8 +127,3 @@ def _distribution(name: str, module_name: str) -> str | None:
         return None
     found = packages_distributions().get(module_name.partition(".")[0])
     return f"{found[0]} {version(found[0])}" if found else None
-
-
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

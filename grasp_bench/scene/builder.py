@@ -12,6 +12,7 @@ import os
 import struct
 import tempfile
 from collections.abc import Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -221,15 +222,21 @@ def cache_dir() -> Path:
 
 
 def _digest(scenario: Scenario, model: ObjectModel | None, robot: bool) -> str:
-    digest = hashlib.sha256(f"{mujoco.__version__}|{robot}|".encode())
     # All of the scenario but what surely is not in the model: a few keys too many cost only cache hits.
-    digest.update(scenario.model_dump_json(exclude=NOT_IN_THE_MODEL).encode())
-    digest.update((model.digest if model else "-").encode())
+    settings = scenario.model_dump_json(exclude=NOT_IN_THE_MODEL)
+    parts = f"{_fixed_digest()}|{robot}|{settings}|{model.digest if model else '-'}"
+    return hashlib.sha256(parts.encode()).hexdigest()[:32]
+
+
+@lru_cache(maxsize=1)
+def _fixed_digest() -> str:
+    """Of what no trial of a process changes: MuJoCo, this code, and the robot's files."""
+    digest = hashlib.sha256(f"{mujoco.__version__}|".encode())
     for path in (Path(__file__), Path(__file__).with_name("hulls.py"),
                  *sorted((assets_dir() / "ec66").glob("*.xml")),
                  *sorted((assets_dir() / "ec66" / "meshes").iterdir())):
         digest.update(path.read_bytes())
-    return digest.hexdigest()[:32]
+    return digest.hexdigest()
 
 
 def compile_scene(scenario: Scenario, model: ObjectModel | None, robot: bool = True) -> mujoco.MjModel:

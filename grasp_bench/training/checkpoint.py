@@ -11,7 +11,7 @@ from safetensors.torch import save as to_bytes
 from torch import Tensor, nn
 
 from grasp_bench.errors import AssetError
-from grasp_bench.networks.weights import write_whole
+from grasp_bench.integrity import write_whole
 from grasp_bench.training.config import FREE_TO_CHANGE, TrainConfig
 
 _MOMENTS = ("exp_avg", "exp_avg_sq")

@@ -98,7 +98,8 @@ def train_command(
 
 def _initial(predictor: str, init: str | None) -> tuple[Path | None, str | None]:
     """File that ``--init`` names, and what the run's settings say of it."""
-    from grasp_bench.networks.weights import described, weights_path
+    from grasp_bench.integrity import weights_path
+    from grasp_bench.networks.weights import described
 
     if init is None:
         return None, None
@@ -129,7 +130,8 @@ def _train_with_progress(config: TrainConfig, scenes: SceneSet, out: Path, conso
 def _store(trained: Trained, config: TrainConfig, scenes: SceneSet, data: list[Source], out: Path,
            export: bool) -> Path:
     """Weights and card into ``out``; with ``export`` into the assets too, listed in the manifest."""
-    from grasp_bench.networks.weights import add_to_manifest, save, weights_path
+    from grasp_bench.integrity import add_to_manifest, weights_path
+    from grasp_bench.networks.weights import save
     from grasp_bench.training.card import model_card, provenance
     from grasp_bench.training.log import training_seconds
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import os
 import time
+from itertools import pairwise
 from typing import Any
 
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -20,6 +21,8 @@ without_gl()
 
 import cv2  # noqa: E402
 import mujoco  # noqa: E402
+import numpy as np  # noqa: E402
+from mujoco.rollout import rollout  # noqa: E402
 from rich.console import Console  # noqa: E402
 from rich.table import Table  # noqa: E402
 
@@ -32,7 +35,7 @@ from grasp_bench.trial import Workcell, run_trial  # noqa: E402
 
 
 class Recorder:
-    """Stands in for the ``mujoco`` module in ``world``, and remembers every command."""
+    """Stands in for the ``mujoco`` module and for ``rollout`` in ``world``, and remembers every command."""
 
     def __init__(self) -> None:
         self.tape: list[tuple[Any, int]] = []
@@ -47,6 +50,15 @@ class Recorder:
             self.start = (model, data.qpos.copy(), data.qvel.copy())
         self.tape.append((data.ctrl.copy(), count))
         mujoco.mj_step(model, data, count)
+
+    def rollout(self, model: mujoco.MjModel, data: mujoco.MjData, state: Any, controls: Any,
+                **options: Any) -> None:
+        """Roll out, and remember."""
+        if self.start is None:
+            self.start = (model, data.qpos.copy(), data.qvel.copy())
+        starts = [0, *(np.flatnonzero((controls[1:] != controls[:-1]).any(1)) + 1), len(controls)]
+        self.tape += [(controls[a], int(b - a)) for a, b in pairwise(starts)]
+        rollout(model, data, state, controls, **options)
 
     def replay(self) -> tuple[float, int]:
         """Seconds and steps of the same commands without anything else; forgets them."""
@@ -81,6 +93,7 @@ def main() -> None:
         for job in jobs:
             model = catalog.load(job.object)
             world_module.mujoco = recorder if not warm else mujoco
+            world_module.rollout = recorder.rollout if not warm else rollout
             start = time.perf_counter()
             done = run_trial(cell, model, predictor, trial=job.trial, attempt=job.attempt, seed=0)
             if warm:

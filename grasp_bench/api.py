@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grasp_bench.errors import GraspBenchError, PredictorError
-from grasp_bench.graphics import LIBRARIES, with_gl, without_gl
+from grasp_bench.graphics import LIBRARIES, resolve_renderer, with_gl, without_gl
 from grasp_bench.results import RUN
 from grasp_bench.runs import Run
 
@@ -85,11 +85,10 @@ def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = No
         with_gl(renderer)
     without_gl()
     from grasp_bench.executors import make_executor
-    from grasp_bench.media.store import check_mode
+    from grasp_bench.media.modes import check_mode
     from grasp_bench.runner import Settings, Shard, spread
     from grasp_bench.runner import run as run_trials
     from grasp_bench.scenario import Scenario, load_scenario
-    from grasp_bench.scene.rendering import resolve_renderer
 
     if trials is not None and trials < 1:
         raise GraspBenchError(f"trials must be at least 1, not {trials}")

@@ -8,6 +8,7 @@ Depth is z-depth (distance along the optical axis, not range) in metres, 0 where
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -67,9 +68,17 @@ class Intrinsics:
                          (uv[..., 1] - self.cy) / self.fy * z, z], axis=-1)
 
     def rays(self) -> Floats:
-        """Camera-frame directions (height, width, 3) through all pixel centres, with z = 1."""
-        u, v = np.meshgrid(np.arange(self.width) + 0.5, np.arange(self.height) + 0.5)
-        return self.deproject(np.stack([u, v], axis=-1), np.ones((self.height, self.width)))
+        """Camera-frame directions (height, width, 3) through all pixel centres, with z = 1; read-only."""
+        return _rays(self)
+
+
+@lru_cache(maxsize=4)
+def _rays(camera: Intrinsics) -> Floats:
+    """Read-only, because all who ask for the same camera share it."""
+    u, v = np.meshgrid(np.arange(camera.width) + 0.5, np.arange(camera.height) + 0.5)
+    rays = camera.deproject(np.stack([u, v], axis=-1), np.ones((camera.height, camera.width)))
+    rays.flags.writeable = False
+    return rays
 
 
 @dataclass(frozen=True)

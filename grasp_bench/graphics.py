@@ -12,10 +12,22 @@ import os
 import sys
 from contextlib import suppress
 
-from grasp_bench.errors import GraspBenchError
+from grasp_bench.errors import GraspBenchError, UnknownNameError
 
 VARIABLE = "MUJOCO_GL"
+RENDERERS: tuple[str, ...] = ("auto", "raycast", "egl", "osmesa")
 LIBRARIES = {"egl": "libEGL.so.1", "osmesa": "libOSMesa.so.8"}
+
+
+def resolve_renderer(name: str) -> str:
+    """The renderer that ``name`` stands for on this machine.
+
+    Raises:
+        UnknownNameError: for a name that is not in :data:`RENDERERS`.
+    """
+    if name not in RENDERERS:
+        raise UnknownNameError("renderer", name, RENDERERS)
+    return "raycast" if name == "auto" else name
 
 
 def without_gl() -> None:

@@ -29,7 +29,7 @@ class Settings:
     """What a worker needs to know of the run.
 
     What is kept of trials beside their records goes to ``folder``: ``media`` (one of
-    :data:`grasp_bench.media.store.MODES`), and parts of a Rerun recording. No record depends on it.
+    :data:`grasp_bench.media.modes.MODES`), and parts of a Rerun recording. No record depends on it.
     """
 
     scenario: Scenario

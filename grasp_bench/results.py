@@ -275,16 +275,21 @@ def find_runs(root: Path) -> list[Path]:
     return found
 
 
-def load_trials(folder: Path) -> pd.DataFrame:
-    """The trials of a run, one row each, in trial order.
+def load_records(folder: Path) -> list[dict[str, Any]]:
+    """The trials' records of a run, in trial order.
 
     Raises:
         ResultsError: when the file is damaged.
     """
+    records, _ = read_lines(folder / TRIALS)
+    return sorted(records, key=lambda r: r["trial"])
+
+
+def load_trials(folder: Path) -> pd.DataFrame:
+    """:func:`load_records` as a table, one row each."""
     import pandas as pd
 
-    records, _ = read_lines(folder / TRIALS)
-    return pd.DataFrame(sorted(records, key=lambda r: r["trial"]))
+    return pd.DataFrame(load_records(folder))
 
 
 def iter_timings(folder: Path) -> Iterator[dict[str, Any]]:

@@ -15,7 +15,8 @@ from safetensors.torch import load_file, save_file
 from grasp_bench.camera import Intrinsics, RgbdImage
 from grasp_bench.errors import AssetError, UnknownNameError
 from grasp_bench.integrity import MANIFEST, add_to_manifest, sha256
-from grasp_bench.networks import build
+from grasp_bench.networks import NETWORKS, build
+from grasp_bench.networks.packing import SCALE
 from grasp_bench.networks.weights import load, read_metadata, save
 from grasp_bench.predictors import identity
 from grasp_bench.predictors.network import NetworkPredictor, centre_crop
@@ -259,3 +260,42 @@ def test_a_run_does_not_begin_with_altered_or_missing_weights(tmp_path: Path,
     (folder / MANIFEST).write_text(json.dumps({"htc-grasp.safetensors": "0" * 64}))
     with pytest.raises(AssetError, match="does not have the SHA-256"):
         identity.identify("htc-grasp")
+
+
+def test_no_tensor_of_a_network_is_named_like_the_scales_of_another() -> None:
+    for name in NETWORKS:
+        assert not [key for key in build(name).state_dict() if key.endswith(SCALE)]
+
+
+def test_weights_too_large_for_a_file_are_stored_in_eight_bits(weights, tmp_path: Path,
+                                                              monkeypatch: pytest.MonkeyPatch) -> None:
+    network, _ = load("htc-grasp", weights["htc-grasp"])
+    path = tmp_path / "htc-grasp.safetensors"
+    save(network, path, {"network": "htc-grasp"})
+    full = path.stat().st_size
+    monkeypatch.setattr("grasp_bench.networks.weights.LARGEST", full // 2)
+    save(network, path, {"network": "htc-grasp"})
+    assert path.stat().st_size < 0.6 * full
+    again, _ = load("htc-grasp", path)
+    for (key, value), other in zip(network.state_dict().items(), again.state_dict().values(), strict=True):
+        if value.ndim >= 2 and value.is_floating_point():
+            largest = value.flatten(1).abs().amax(1).reshape(-1, *[1] * (value.ndim - 1))
+            assert ((value - other).abs() <= largest / 127 * 0.51).all(), key
+        else:
+            assert torch.equal(value, other), key
+
+
+@pytest.mark.parametrize("spoil", [
+    lambda t, key: {**t, key + SCALE: torch.ones(3)},
+    lambda t, key: {**t, "nowhere" + SCALE: torch.ones(3)},
+    lambda t, key: {**t, key: t[key].float()}])
+def test_scales_that_fit_no_matrix(spoil, weights, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    network, _ = load("htc-grasp", weights["htc-grasp"])
+    path = tmp_path / "htc-grasp.safetensors"
+    monkeypatch.setattr("grasp_bench.networks.weights.LARGEST", 0)
+    save(network, path, {"network": "htc-grasp"})
+    tensors = load_file(path)
+    key = next(k for k in tensors if tensors[k].dtype == torch.int8)
+    save_file(spoil(tensors, key), path)
+    with pytest.raises(AssetError, match=r"\.scale does not belong to a matrix in 8 bits"):
+        load("htc-grasp", path)

@@ -12,17 +12,15 @@ import pytest
 
 from grasp_bench.camera import CameraPose, Intrinsics
 from grasp_bench.errors import GraspBenchError, UnknownNameError
-from grasp_bench.graphics import available
+from grasp_bench.graphics import RENDERERS, available, resolve_renderer
 from grasp_bench.scenario import Scenario
 from grasp_bench.scene.builder import compile_scene
 from grasp_bench.scene.rendering import (
-    RENDERERS,
     Picture,
     SceneCamera,
     geom_colors,
     incidence_cosine,
     raycast,
-    resolve_renderer,
 )
 from grasp_bench.scene.world import World
 

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from grasp_bench.errors import UnknownNameError
 from grasp_bench.media.film import Filmer
 from grasp_bench.media.pictures import TILE, crop_for, depth, proposed, seen
 from grasp_bench.media.recording import Moment, Recording, moment
@@ -25,8 +24,6 @@ from grasp_bench.scene.world import World
 from grasp_bench.trial import Trial
 
 FOLDER = "media"
-MODES = ("none", "failures", "all")
-"""Trials that get pictures and a clip; in every mode but ``none``, all get the pictures."""
 CLIP_SIZE = (208, 156)
 CLIP_INTERVAL = 0.32
 """Simulated seconds from one frame to the next."""
@@ -40,17 +37,6 @@ class Media:
 
     sheet: Path | None
     clip: Path | None
-
-
-def check_mode(mode: str) -> str:
-    """``mode`` if it is one.
-
-    Raises:
-        UnknownNameError: if not.
-    """
-    if mode not in MODES:
-        raise UnknownNameError("choice of media", mode, MODES)
-    return mode
 
 
 def find(run: Path, trial: int) -> Media:
@@ -75,7 +61,7 @@ class PictureRecorder:
 
     Args:
         run: the run's folder.
-        mode: one of :data:`MODES`, not ``none``.
+        mode: one of :data:`~grasp_bench.media.modes.MODES`, not ``none``.
         scenario: of the trial.
     """
 

@@ -1,6 +1,7 @@
 """Weights on disk: safetensors with a JSON header of where they come from. Nothing unpickles.
 
-Parameters are stored in float16, running statistics as they are; both are float32 in use.
+Parameters are stored in float16, running statistics as they are; both are float32 in use. Where that would
+make a file larger than :data:`LARGEST`, matrices are stored in eight bits.
 """
 
 from __future__ import annotations
@@ -17,8 +18,11 @@ from torch import nn
 from grasp_bench.errors import AssetError
 from grasp_bench.integrity import check_manifest, missing_weights, sha256, weights_path, write_whole
 from grasp_bench.networks import build, info
+from grasp_bench.networks.packing import packed, unpacked
 
 _KEY = "grasp_bench"
+LARGEST = 12_000_000
+"""Bytes that a weight file may have."""
 
 
 def described(path: Path) -> str:
@@ -43,6 +47,8 @@ def save(network: nn.Module, path: Path, metadata: dict[str, Any]) -> None:
         if not torch.isfinite(tensors[name]).all():
             raise ValueError(f"{name} is not finite in float16: the training has diverged")
     path.parent.mkdir(parents=True, exist_ok=True)
+    if sum(t.nbytes for t in tensors.values()) > LARGEST:
+        tensors = packed(tensors)
     header = {_KEY: json.dumps(metadata, sort_keys=True, ensure_ascii=False)}
     write_whole(path, to_bytes(tensors, header))
 
@@ -77,7 +83,7 @@ def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]
         raise AssetError(f"{path} holds weights of network {stored_for!r}, not {name!r}; "
                          f"give --weights a file trained for {name!r}.")
     network = build(name, stored_input(metadata))
-    wanted = network.state_dict()
+    wanted, tensors = network.state_dict(), unpacked(tensors, path)
     if odd := sorted(set(wanted) ^ set(tensors)):
         raise AssetError(f"{path} does not fit network {name!r}: {len(odd)} tensors missing or unknown, "
                          f"first {odd[0]!r}; train again or fetch the file of this version.")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from grasp_bench.report.clutter import summarise_clutter
-from grasp_bench.results import iter_timings, load_run, load_trials
+from grasp_bench.results import iter_timings, load_records, load_run
 from grasp_bench.stats import wilson
 
 NOTE = ("Rows marked “paper” are real-robot results as printed in Table 4 of the HTC-Grasp paper: other "
@@ -45,28 +45,29 @@ def rate_of(successes: int, trials: int) -> dict[str, Any]:
 
 def summarise(folder: Path, root: Path | None = None) -> dict[str, Any] | None:
     """Figures of one run, named by its path below ``root``; None when it holds no trial yet."""
-    run, trials = load_run(folder), load_trials(folder)
-    if trials.empty:
+    run, trials = load_run(folder), load_records(folder)
+    if not trials:
         return None
-    by_category = {
-        str(name): {"successes": int(group["success"].sum()), "trials": len(group)}
-        for name, group in trials.groupby("category")}
-    by_object = {
-        str(name): {"successes": int(group["success"].sum()), "trials": len(group)}
-        for name, group in trials.groupby("object")}
     timings = list(iter_timings(folder))
     phases = sorted({k for t in timings for k in t} - {"trial"})
     seconds = {p: round(sum(t.get(p, 0.0) for t in timings) / len(timings), 5) for p in phases}
-    episodes = trials["clutter"].dropna().tolist() if "clutter" in trials else []
+    episodes = [t["clutter"] for t in trials if t.get("clutter") is not None]
     return {
         "clutter": summarise_clutter(episodes, len(trials)) if run["scenario"].get("clutter") else None,
         "run": folder.name if root in (None, folder) else folder.relative_to(root).as_posix(),
         "predictor": run["predictor"], "scenario": run["scenario"]["name"],
         "seed": run["seed"], "renderer": run["renderer"], "weights": run.get("weights"),
-        "planned_trials": run["trials"], **rate_of(int(trials["success"].sum()), len(trials)),
-        "outcomes": dict(sorted(Counter(trials["outcome"]).items(), key=lambda o: (-o[1], o[0]))),
-        "by_category": by_category, "by_object": by_object, "timings": seconds,
+        "planned_trials": run["trials"], **rate_of(sum(t["success"] for t in trials), len(trials)),
+        "outcomes": dict(sorted(Counter(t["outcome"] for t in trials).items(), key=lambda o: (-o[1], o[0]))),
+        "by_category": _by(trials, "category"), "by_object": _by(trials, "object"), "timings": seconds,
     }
+
+
+def _by(trials: list[dict[str, Any]], key: str) -> dict[str, dict[str, int]]:
+    """Successes and trials of each group, sorted by name."""
+    count = Counter(t[key] for t in trials)
+    won = Counter(t[key] for t in trials if t["success"])
+    return {name: {"successes": won[name], "trials": count[name]} for name in sorted(count)}
 
 
 def build_report(folders: list[Path], root: Path | None = None) -> dict[str, Any]:

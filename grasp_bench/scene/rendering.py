@@ -7,18 +7,16 @@ made a run's images is part of its record.
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.camera import CameraPose, Intrinsics
-from grasp_bench.errors import GraspBenchError, UnknownNameError
-from grasp_bench.graphics import with_gl
+from grasp_bench.errors import GraspBenchError
+from grasp_bench.graphics import resolve_renderer, with_gl
 
-Renderer = Literal["auto", "raycast", "egl", "osmesa"]
-RENDERERS: tuple[str, ...] = ("auto", "raycast", "egl", "osmesa")
 FAR = 10.0
 """Rays that hit nothing within this distance are invalid [m]."""
 LIGHTS = ((np.array([0.25, -0.45, 0.86]), 0.45), (np.array([-0.6, 0.5, 0.62]), 0.2))
@@ -55,17 +53,6 @@ class Surfaces(NamedTuple):
     roughness: NDArray[np.float64]
 
 
-def resolve_renderer(name: str) -> str:
-    """The renderer that ``name`` stands for on this machine.
-
-    Raises:
-        UnknownNameError: for a name that is not in :data:`RENDERERS`.
-    """
-    if name not in RENDERERS:
-        raise UnknownNameError("renderer", name, RENDERERS)
-    return "raycast" if name == "auto" else name
-
-
 class SceneCamera:
     """A fixed camera that takes pictures of scenes that differ in one body only.
 
@@ -75,7 +62,7 @@ class SceneCamera:
 
     Args:
         intrinsics, pose: of the camera.
-        renderer: one of :data:`RENDERERS`.
+        renderer: one of :data:`~grasp_bench.graphics.RENDERERS`.
     """
 
     def __init__(self, intrinsics: Intrinsics, pose: CameraPose, renderer: str = "auto") -> None:

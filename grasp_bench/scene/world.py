@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+from mujoco.rollout import rollout
 from numpy.typing import NDArray
 
 from grasp_bench.grasps import GraspPose
@@ -16,6 +17,8 @@ from grasp_bench.scene.builder import ARM_PREFIX, GRIPPER_PREFIX, GROUND, OBJECT
 from grasp_bench.scene.ec66 import FINGER_STROKE, HOME, JOINT_NAMES
 
 Floats = NDArray[np.float64]
+
+_STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 
 
 class UnstableError(RuntimeError):
@@ -177,11 +180,35 @@ class World:
     def follow(self, motion: Trajectory, jaw: float | Floats) -> None:
         """Run a whole trajectory; ``jaw`` is the finger command [m], fixed or one a sample."""
         jaws = np.broadcast_to(np.asarray(jaw, dtype=float), len(motion.positions))
+        if self.observer is None and self._roll(motion, jaws):
+            return
         for q, velocity, finger in zip(motion.positions, motion.velocities, jaws, strict=True):
             self.command(q, velocity, float(finger))
             self.step(self.scenario.physics.control_steps)
             if self.observer is not None:
                 self.observer(self)
+
+    def _roll(self, motion: Trajectory, jaws: Floats) -> bool:
+        """Run a trajectory in one call, to the same bits as sample by sample.
+
+        Returns:
+            False where something was to warn of: all is then as before, for a run that finds out when.
+        """
+        data, repeat = self.data, self.scenario.physics.control_steps
+        before = np.empty(mujoco.mj_stateSize(self.model, _STATE))
+        mujoco.mj_getState(self.model, data, before, _STATE)
+        warmstart = data.qacc_warmstart.copy()
+        controls = np.repeat(data.ctrl[None], len(motion.positions), axis=0)
+        controls[:, self._arm_ctrl] = motion.positions + self._lead * motion.velocities
+        controls[:, self._jaw_ctrl] = jaws
+        rollout(self.model, data, before, np.repeat(controls, repeat, axis=0), initial_warmstart=warmstart)
+        if data.warning.number.any():
+            data.warning.number[:] = 0
+            mujoco.mj_setState(self.model, data, before, _STATE)
+            data.qacc_warmstart[:] = warmstart
+            return False
+        self.steps += repeat * len(controls)
+        return True
 
     # ------------------------------------------------------------ reading
 

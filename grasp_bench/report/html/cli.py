@@ -25,7 +25,7 @@ def render_missing(folders: list[Path], mode: str, objects: Path | None) -> None
     for renderer in {load_run(f).get("renderer", "") for f in folders} & set(LIBRARIES):
         with_gl(renderer)
     without_gl()
-    from grasp_bench.media.store import check_mode
+    from grasp_bench.media.modes import check_mode
 
     if check_mode(mode) == "none":
         return

@@ -1,4 +1,7 @@
-"""Statistics of success counts, of one run and of two runs on the same trials."""
+"""Statistics of success counts, of one run and of two runs on the same trials.
+
+Every command counts successes and few compare runs, so SciPy, slow to import, is left to those.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +11,6 @@ from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.stats import binom, binomtest
 
 
 def wilson(successes: int, trials: int, confidence: float = 0.95) -> tuple[float, float]:
@@ -20,8 +21,11 @@ def wilson(successes: int, trials: int, confidence: float = 0.95) -> tuple[float
     """
     if trials <= 0 or not 0 <= successes <= trials:
         raise ValueError(f"need 0 ≤ successes ≤ trials and trials > 0, got {successes}/{trials}")
-    interval = binomtest(successes, trials).proportion_ci(confidence, method="wilson")
-    return float(interval.low), float(interval.high)
+    z2 = NormalDist().inv_cdf((1 + confidence) / 2) ** 2
+    failures = trials - successes
+    middle = (successes + z2 / 2) / (trials + z2)
+    half = math.sqrt(z2 * (successes * failures / trials + z2 / 4)) / (trials + z2)
+    return middle - half if successes else 0.0, middle + half if failures else 1.0
 
 
 def mcnemar(first_only: int, second_only: int) -> float:
@@ -31,6 +35,8 @@ def mcnemar(first_only: int, second_only: int) -> float:
         first_only: trials in which only the first succeeded.
         second_only: trials in which only the second did.
     """
+    from scipy.stats import binomtest
+
     discordant = first_only + second_only
     return 1.0 if discordant == 0 else float(binomtest(first_only, discordant, 0.5).pvalue)
 
@@ -45,6 +51,8 @@ def mcnemar_worse(lost: int, gained: int) -> float:
         lost: trials in which only the old run succeeded.
         gained: trials in which only the new run did.
     """
+    from scipy.stats import binom
+
     return float(binom.sf(lost - 1, lost + gained, 0.5))
 
 
@@ -99,6 +107,8 @@ def paired_interval(pairs: Pairs, confidence: float = 0.95) -> tuple[float, floa
     Raises:
         ValueError: for counts that cannot be.
     """
+    from scipy.optimize import brentq
+
     if pairs.trials <= 0 or min(pairs) < 0 or pairs.lost + pairs.gained > pairs.trials:
         raise ValueError(f"need 0 ≤ lost + gained ≤ trials and trials > 0, got {pairs}")
     z = NormalDist().inv_cdf((1 + confidence) / 2)
@@ -146,6 +156,8 @@ def power_of_drop(trials: int, drop: float, gained: float, alpha: float = 0.05) 
         gained: share of pairs that only the new run wins; ``drop + gained`` are lost.
         alpha: level of the test.
     """
+    from scipy.stats import binom
+
     lost = drop + gained
     discordant = lost + gained
     if min(lost, gained) < 0 or discordant > 1:
@@ -169,6 +181,7 @@ def visible_drop(trials: int, rate: float, gained: float | None = None, alpha: f
             nothing to do with each other, which is the worst case of positively correlated ones.
         alpha, power: of McNemar's exact one-sided test.
     """
+    from scipy.optimize import brentq
 
     def reached(drop: float) -> float:
         new = rate - drop

@@ -16,6 +16,7 @@ from grasp_bench.jobs import Job, Settings
 from grasp_bench.media import store
 from grasp_bench.media.cost import describe_cost
 from grasp_bench.media.film import Filmer, View, side_view, with_sky
+from grasp_bench.media.modes import MODES, check_mode
 from grasp_bench.media.pictures import NO_DEPTH, RED, TILE, crop_for, depth, proposed, seen
 from grasp_bench.media.recording import Recording
 from grasp_bench.objects.catalog import ObjectModel
@@ -52,7 +53,7 @@ def test_records_are_the_same_with_and_without_media(toy_catalog: Path, scenario
                                                     tmp_path: Path) -> None:
     lines = {}
     for predictor in ("oracle", "displaced"):
-        for mode in store.MODES:
+        for mode in MODES:
             run = tmp_path / f"{predictor}-{mode}"
             worker.load(Settings(scenario, toy_catalog, predictor, 0, "raycast", media=mode, folder=run))
             answer = worker.do(Job(4, "block", 1))
@@ -62,7 +63,7 @@ def test_records_are_the_same_with_and_without_media(toy_catalog: Path, scenario
             media = store.find(run, 4)
             assert (media.sheet is not None) == (mode != "none")
             assert (media.clip is not None) == store.wanted(mode, record["success"])
-        assert len({lines[predictor, mode] for mode in store.MODES}) == 1
+        assert len({lines[predictor, mode] for mode in MODES}) == 1
     assert '"outcome": "success"' in lines["oracle", "none"]
     assert '"outcome": "missed"' in lines["displaced", "none"]
 
@@ -104,7 +105,7 @@ def test_what_goes_wrong_is_written_down_and_told(watched: tuple[Trial, Recordin
 
 def test_an_unknown_choice_names_the_valid_ones() -> None:
     with pytest.raises(UnknownNameError, match="failures"):
-        store.check_mode("failure")
+        check_mode("failure")
 
 
 # ---------------------------------------------------------------- recording and film

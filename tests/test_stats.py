@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.stats import binom
+from scipy.stats import binom, binomtest
 
 from grasp_bench.stats import (
     Pairs,
@@ -52,6 +52,13 @@ def test_more_confidence_is_a_wider_interval() -> None:
     low, high = wilson(50, 100)
     wider = wilson(50, 100, 0.99)
     assert wider[0] < low < high < wider[1]
+
+
+def test_wilson_is_scipys() -> None:
+    for n in (1, 2, 7, 180, 900):
+        for k in {0, 1, n // 3, n - 1, n}:
+            expected = binomtest(k, n).proportion_ci(0.95, method="wilson")
+            assert wilson(k, n) == pytest.approx((expected.low, expected.high), abs=1e-12)
 
 
 @pytest.mark.parametrize(("successes", "trials"), [(1, 0), (0, 0), (-1, 5), (6, 5)])

@@ -64,7 +64,6 @@ class SynthConfig:
         tries: grasps tried in physics per scene.
         refuted: factor on the quality of what failed in physics.
         hopeless: share of the scenes without a grasp that held which is kept.
-        timestep: of the physics of rest and tries [s]; twice a trial's. Of 156 grasps 98 % ended alike.
     """
 
     scenario: str = "table4"
@@ -74,14 +73,13 @@ class SynthConfig:
     tries: int = 20
     refuted: float = 0.2
     hopeless: float = 0.3
-    timestep: float = 0.004
 
 
 def make_scene(seed: int, index: int, config: SynthConfig) -> Arrays:
     """Arrays of the ``index``-th scene of ``seed``."""
     rng = np.random.default_rng(np.random.SeedSequence([seed, index]))
     for _ in range(LAYOUTS):
-        scenario = jittered(_base(config.scenario, config.timestep), rng)
+        scenario = jittered(_base(config.scenario), rng)
         count = int(rng.integers(2, 4)) if rng.random() < config.several else 1
         objects = [random_object(rng) for _ in range(count)]
         gripper = FloatingGripper(compile_mjcf(compose_floating(scenario, list(objects))), scenario, count)
@@ -95,9 +93,8 @@ def make_scene(seed: int, index: int, config: SynthConfig) -> Arrays:
 # ---------------------------------------------------------------- the scene
 
 @cache
-def _base(name: str, timestep: float) -> Scenario:
-    scenario = load_scenario(name)
-    return scenario.model_copy(update={"physics": scenario.physics.model_copy(update={"timestep": timestep})})
+def _base(name: str) -> Scenario:
+    return load_scenario(name)
 
 
 def jittered(scenario: Scenario, rng: Rng) -> Scenario:

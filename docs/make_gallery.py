@@ -28,10 +28,10 @@ def main(names: list[str]) -> None:
     for name in names:
         run, trial = TRIALS[name]
         replay = rebuild(ROOT / "results" / "reference" / run, trial)
-        if replay.done.record.outcome != replay.stored["outcome"]:
+        if replay.record["outcome"] != replay.stored["outcome"]:
             raise SystemExit(f"{name}: trial {trial} of {run} no longer ends as recorded: {replay.differs}")
         write_film(replay, IMAGES / f"{name}.webp", SIZE)
-        print(name, replay.done.record.object, replay.done.record.outcome,
+        print(name, replay.record["object"], replay.record["outcome"],
               (IMAGES / f"{name}.webp").stat().st_size)
 
 

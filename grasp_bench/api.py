@@ -66,8 +66,8 @@ def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = No
             process gets a fresh folder of that name (``-2``, ``-3`` …) each time, because its code may
             have changed; give ``out`` to go on with a run of it.
         renderer: ``auto``, ``raycast`` (needs no graphics library), ``egl`` or ``osmesa``.
-        media: ``none``, or pictures of all trials and clips of the ``failures`` or of ``all``, stored in
-            the run's folder; records do not depend on it.
+        media: ``none``, or pictures of all trials (in clutter of all attempts) and clips of the ``failures``
+            or of ``all``, stored in the run's folder; records do not depend on it.
         rerun: a Rerun recording of all trials of this call, ``FILE.rrd`` (extra ``rerun``).
         progress: a bar on standard error, nothing, or a function called with each record and whether
             it was there before.
@@ -100,9 +100,8 @@ def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = No
         import_rerun()
     chosen = scenario if isinstance(scenario, Scenario) else load_scenario(os.fspath(scenario))
     catalog, names = select_objects(list(chosen.objects.names) or "all" if objects is None else objects)
-    if chosen.clutter is not None and (media != "none" or rerun is not None):
-        raise GraspBenchError("media and rerun keep single trials only; leave them out for clutter.")
-    if chosen.clutter is not None and names != catalog.names:  # episodes draw from these
+    if chosen.clutter is not None and names != (list(chosen.objects.names) or catalog.names):
+        # episodes draw from these
         reasons = {n: chosen.objects.names.get(n, "") for n in names}
         chosen = chosen.model_copy(update={"objects": chosen.objects.model_copy(update={"names": reasons})})
     name, here = named(predictor)

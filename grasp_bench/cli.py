@@ -74,7 +74,8 @@ def run(
         help="Exit with 1 when more trials than this end unstable, timeout or error: a number, or a share "
              "such as 2%.")] = "0",
     media: Annotated[str, typer.Option(
-        help="Pictures of all trials, and clips of: none (no pictures either), failures or all.")] = "none",
+        help="Pictures of all trials (in clutter: attempts), and clips of: none (no pictures either), "
+             "failures or all.")] = "none",
     rerun: Annotated[Path | None, typer.Option(
         help="Log all trials into a Rerun recording, FILE.rrd (extra `rerun`).")] = None,
     shard: Annotated[str, typer.Option(

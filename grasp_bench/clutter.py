@@ -6,14 +6,15 @@ the table is empty or too many attempts in a row have failed. What was carried a
 stays where it fell.
 
 An episode is one trial of a run, so it is resumed, sharded and timed like any other; its record holds its
-attempts under ``clutter``.
+attempts under ``clutter``. To those who watch, an attempt is a trial: it has an image, grasps, a plan, and a
+world of its own, of what is still on the table.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,7 @@ from grasp_bench.seeding import Purpose, stream
 from grasp_bench.trial import (
     Clock,
     Outcome,
+    Trial,
     TrialRecord,
     Workcell,
     execute,
@@ -40,6 +42,9 @@ from grasp_bench.trial import (
     random_pose,
     take_picture,
 )
+
+if TYPE_CHECKING:
+    from grasp_bench.media.recorders import TrialRecorder
 
 Floats = NDArray[np.float64]
 
@@ -60,6 +65,15 @@ class Resting:
     quaternion: Floats
 
 
+@dataclass(frozen=True)
+class Attempt:
+    """A finished attempt: all that was made on its way, what is left on the table, and what it took away."""
+
+    done: Trial
+    left: list[Resting]
+    removed: list[str]
+
+
 @dataclass
 class Episode:
     """A finished episode: its record as plain data, and the seconds of each phase."""
@@ -69,7 +83,8 @@ class Episode:
 
 
 def run_episode(cell: Workcell, catalog: Catalog, predictor: Predictor, lead: str, *, trial: int,
-                attempt: int, seed: int) -> Episode:
+                attempt: int, seed: int,
+                watch: Callable[[int], TrialRecorder | None] = lambda number: None) -> Episode:
     """Clear one table.
 
     Args:
@@ -80,6 +95,7 @@ def run_episode(cell: Workcell, catalog: Catalog, predictor: Predictor, lead: st
         trial: number in the run.
         attempt: how many episodes of the run had this lead before.
         seed: of the run.
+        watch: what shall watch the attempt of a number (from 0), and keep something of it as it ends.
     """
     scenario = cell.scenario
     assert scenario.clutter is not None
@@ -97,9 +113,14 @@ def run_episode(cell: Workcell, catalog: Catalog, predictor: Predictor, lead: st
             left = lay_out([catalog.load(n) for n in names], scenario, rng)
         failures = 0
         while left and failures < scenario.clutter.failures:
-            left, record, removed = _attempt(cell, left, predictor, clock, f"{lead}/{len(attempts)}", trial,
-                                             attempt, seed)
-            attempts.append({"attempt": len(attempts), **_shortened(record), "removed": removed})
+            recorder = watch(len(attempts))
+            ended = _attempt(cell, left, predictor, clock, f"{lead}/{len(attempts)}", trial, attempt, seed,
+                             recorder)
+            if recorder is not None:
+                with clock.phase("media"):
+                    recorder.keep(ended.done, predictor)
+            left, record = ended.left, ended.done.record
+            attempts.append({"attempt": len(attempts), **_shortened(record), "removed": ended.removed})
             steps += record.sim_steps
             failures = 0 if record.success else failures + 1
             if not record.success:
@@ -121,19 +142,21 @@ def run_episode(cell: Workcell, catalog: Catalog, predictor: Predictor, lead: st
 
 
 def _attempt(cell: Workcell, left: list[Resting], predictor: Predictor, clock: Clock, name: str,
-             trial: int, attempt: int, seed: int) -> tuple[list[Resting], TrialRecord, list[str]]:
-    """One attempt: what is left afterwards, how it ended, and what it took away."""
+             trial: int, attempt: int, seed: int, observer: Callable[[World], None] | None) -> Attempt:
+    """Try to take something away, once."""
     scenario, nominal = cell.scenario, cell.camera
     camera = cell.true_camera(seed, name, attempt)
     with clock.phase("build"):
         world = _world(left, scenario)
     target = 0
     measured: dict[str, Any] = {}
+    made: dict[str, Any] = {}
 
-    def ended(outcome: Outcome, detail: str) -> TrialRecord:
+    def ended(outcome: Outcome, detail: str, after: list[Resting], removed: Sequence[str] = ()) -> Attempt:
         model = left[target].model
-        return TrialRecord(trial, model.name, model.category, seed, outcome, detail, sim_steps=world.steps,
-                           **measured)
+        record = TrialRecord(trial, model.name, model.category, seed, outcome, detail, sim_steps=world.steps,
+                             **measured)
+        return Attempt(Trial(record, clock, world=world, **made), after, list(removed))
 
     try:
         with clock.phase("settle"):
@@ -141,20 +164,24 @@ def _attempt(cell: Workcell, left: list[Resting], predictor: Predictor, clock: C
         at_rest = _resting(world, left)
         picture, image = take_picture(world, camera, scenario,
                                       stream(seed, name, attempt, Purpose.SENSOR), clock)
+        made["image"] = image
         with clock.phase("predict"):
             grasps = propose(predictor, image, world, left, camera,
                              stream(seed, name, attempt, Purpose.PREDICTOR))
+        made["grasps"] = grasps
         if not grasps:
-            return at_rest, ended(Outcome.NO_GRASP, "the predictor proposed no grasp"), []
+            return ended(Outcome.NO_GRASP, "the predictor proposed no grasp", at_rest)
         with clock.phase("plan"):
             scene = SeenScene(image, nominal.pose, nominal.directions)
             rank, plan, outcome, why = first_feasible(cell.planner, scene, grasps)
         target = _meant(grasps[rank], picture, world, camera)
         measured |= {"grasp": grasps[rank], "rank": rank}
         if plan is None:
-            return at_rest, ended(outcome, why), []
+            return ended(outcome, why, at_rest)
+        made["plan"] = plan
         measured["pose"] = plan.pose
         world.aim(target)
+        world.observer = observer
         with clock.phase("execute"):
             outcome, why = execute(world, plan, measured)
         target = world.target
@@ -162,11 +189,11 @@ def _attempt(cell: Workcell, left: list[Resting], predictor: Predictor, clock: C
         gone = [i for i in range(len(left)) if i == target or world.rise(i) > lifted]
         gone = gone if outcome == Outcome.SUCCESS else []
         after = [r for i, r in enumerate(_resting(world, left)) if i not in gone]
-        return after, ended(outcome, why), [left[i].model.name for i in gone]
+        return ended(outcome, why, after, [left[i].model.name for i in gone])
     except UnstableError as error:
-        return left, ended(Outcome.UNSTABLE, str(error)), []
+        return ended(Outcome.UNSTABLE, str(error), left)
     except PredictorError as error:
-        return left, ended(Outcome.ERROR, str(error)), []
+        return ended(Outcome.ERROR, str(error), left)
 
 
 def _world(left: list[Resting], scenario: Scenario) -> World:

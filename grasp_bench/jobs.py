@@ -12,7 +12,7 @@ from grasp_bench.errors import GraspBenchError
 from grasp_bench.scenario import Scenario
 
 MEDIA_TIME = 60.0
-"""Seconds that a worker may take for a trial's pictures."""
+"""Seconds that a worker may take for a trial's pictures, in clutter for each of its objects."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,9 @@ class Settings:
     @property
     def time_limit(self) -> float:
         """Seconds after which a worker is stopped: making pictures must not turn a trial into a timeout."""
-        return self.scenario.trial_timeout + (MEDIA_TIME if self.keeps else 0.0)
+        clutter = self.scenario.clutter
+        tries = 1 if clutter is None else clutter.most
+        return self.scenario.trial_timeout + (MEDIA_TIME * tries if self.keeps else 0.0)
 
 
 @dataclass(frozen=True)

@@ -261,6 +261,17 @@ def load_run(folder: Path) -> dict[str, Any]:
                            "restore it or run again into a new folder.") from error
 
 
+def tried(run: dict[str, Any]) -> list[str]:
+    """Objects that a run's trials try in turn, by the content of its ``run.json``.
+
+    Episodes of clutter may meet any of its objects; who leads them, and in which order, the scenario says.
+    """
+    scenario = run["scenario"]
+    chosen = scenario.get("objects") if scenario.get("clutter") else None
+    names = chosen.get("names") if isinstance(chosen, dict) else None
+    return list(names) if names and isinstance(names, dict) else list(run["objects"])
+
+
 def find_runs(root: Path) -> list[Path]:
     """Run folders at or below ``root``, sorted.
 

@@ -55,6 +55,34 @@ def write_run(folder: Path, predictor: str, outcomes: list[str], pictures: bool 
     return folder
 
 
+def episode(number: int, outcomes: list[str]) -> dict[str, Any]:
+    """A line of ``trials.jsonl`` of clutter, an attempt for each outcome; its lead has a hostile name."""
+    objects = [HOSTILE, *(f"thing {i}" for i in range(1, len(outcomes)))]
+    attempts = [{"attempt": i, **{k: v for k, v in record(number, o, object=objects[i]).items()
+                                  if k not in ("trial", "seed")}, "removed": [objects[i]] * (o == "success")}
+                for i, o in enumerate(outcomes)]
+    cleared = outcomes.count("success")
+    ended = "success" if cleared == len(outcomes) else [o for o in outcomes if o != "success"][-1]
+    return record(number, ended, object=HOSTILE, grasp=None, pose=None, rank=None, tcp_error=None,
+                  clutter={"objects": objects, "cleared": cleared, "attempts": attempts})
+
+
+def write_clutter(folder: Path, episodes: list[list[str]]) -> Path:
+    """A run folder of episodes with a picture of each attempt, and a clip of those that failed."""
+    write_run(folder, "oracle", [], scenario=load_scenario("clutter").model_dump(mode="json"),
+              trials=len(episodes))
+    (folder / "trials.jsonl").write_text("".join(json.dumps(episode(i, e)) + "\n"
+                                                 for i, e in enumerate(episodes)))
+    (folder / "media").mkdir()
+    for i, outcomes in enumerate(episodes):
+        for k, outcome in enumerate(outcomes):
+            image = Image.new("RGB", (64 + 8 * k, 64), (20 * i % 255, 90, 160))
+            image.save(folder / "media" / f"{i:05}-{k:02}.webp")
+            if outcome != "success":
+                image.save(folder / "media" / f"{i:05}-{k:02}-clip.webp")
+    return folder
+
+
 def two_runs(root: Path, trials: int = 12) -> Path:
     """A folder of two runs on the same trials, one with a hostile name and pictures."""
     first = [OUTCOMES[i % len(OUTCOMES)] for i in range(trials)]

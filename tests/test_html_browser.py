@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from html_runs import HOSTILE, two_runs
+from html_runs import HOSTILE, two_runs, write_clutter
 
 from grasp_bench.report.html.page import write_html
 from grasp_bench.results import find_runs
@@ -164,17 +164,49 @@ def test_a_trial_has_a_page_with_pictures_numbers_and_the_other_runs(opened: Ope
     page.wait_for_selector("#trial:not([hidden])")
     assert page.inner_text("#trial-title") == "coffee_mug: trial 1 of it's <b>bold<"
     assert "missed: because </script>" in page.inner_text("#trial-outcome")
-    until(page, "document.getElementById('sheet').naturalWidth === 64")
-    until(page, "document.getElementById('clip').naturalWidth === 64")
-    numbers = page.inner_text("#numbers")
+    until(page, "document.querySelector('.sheet img').naturalWidth === 64")
+    until(page, "document.querySelector('.clip').naturalWidth === 64")
+    numbers = page.inner_text(".numbers")
     assert "300.5 px" in numbers
     assert "28.65°" in numbers
     assert page.inner_text("#replay") == "grasp-bench replay 'it'\\''s <b>bold<' --trial 1 --video trial.mp4"
     page.click("#others a")
     until(page, "document.getElementById('trial-title').textContent.endsWith('of plain')")
-    assert page.inner_text("#no-media") == "No picture of this trial is in this file."
+    assert page.inner_text(".no-media") == "No picture of this trial is in this file."
     page.click("#back")
     page.wait_for_selector("#overview:not([hidden])")
+
+
+def test_an_episodes_page_shows_its_attempts_one_after_the_other(browser: Any, tmp_path: Path) -> None:
+    folder = write_clutter(tmp_path / "clutter", [["success", "missed", "success"]])
+    report = write_html([folder], tmp_path / "r.html", tmp_path).path
+    page = browser.new_page()
+    page.set_default_timeout(PATIENCE)
+    complaints: list[str] = []
+    page.on("console", lambda m: complaints.append(m.text) if m.type in ("error", "warning") else None)
+    page.on("pageerror", lambda e: complaints.append(str(e)))
+    page.goto(report.as_uri() + "#clutter/0")
+    until(page, "document.documentElement.dataset.ready")
+    assert page.locator(".try-title").all_inner_texts() == [
+        f"Attempt 0: {HOSTILE}", "Attempt 1: thing 1", "Attempt 2: thing 2"]
+    until(page, "[...document.querySelectorAll('.sheet img')].every((i) => i.naturalWidth > 0)")
+    widths = "[...document.querySelectorAll('.sheet img')].map((i) => i.naturalWidth)"
+    assert page.evaluate(widths) == [64, 72, 80]
+    assert page.locator(".clip-figure:visible").count() == 1
+    outcomes = page.locator(".try-outcome").all_inner_texts()
+    assert outcomes[0] == f"success; taken away: {HOSTILE}"
+    assert outcomes[1].startswith("missed: because")
+    assert page.locator(".numbers").count() == 3
+    assert "Taken away: 2 of 3" in page.inner_text("#on-table")
+    assert page.locator("#replay-attempt").is_visible()
+    page.click("#back")
+    page.fill("#search", "thing 2")
+    assert page.inner_text("#count").startswith("1 of 1")
+    page.locator("#grid li").first.scroll_into_view_if_needed()
+    page.wait_for_selector("#grid img")
+    until(page, "document.querySelector('#grid img').naturalWidth === 80")  # a failed table's last attempt
+    assert complaints == []
+    page.close()
 
 
 def test_a_trials_page_has_an_address_of_its_own(opened: Opened) -> None:
@@ -299,9 +331,9 @@ def test_a_phone_needs_no_sideways_scrolling(opened: Opened) -> None:
 def test_clips_wait_where_motion_is_not_wanted(opened: Opened) -> None:
     opened.go("#it's%20%3Cb%3Ebold%3C/1")
     page = opened.page
-    assert page.locator("#clip").get_attribute("src") is None
-    page.click("#play")
-    assert str(page.locator("#clip").get_attribute("src")).startswith("blob:")
+    assert page.locator(".clip").get_attribute("src") is None
+    page.click(".play")
+    assert str(page.locator(".clip").get_attribute("src")).startswith("blob:")
 
 
 def test_images_have_texts_and_controls_have_names(opened: Opened) -> None:

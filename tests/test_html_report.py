@@ -13,13 +13,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from html_runs import CLOSING, HOSTILE, two_runs, write_run
+from html_runs import CLOSING, HOSTILE, two_runs, write_clutter, write_run
 
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.objects.catalog import Catalog
 from grasp_bench.report import breakdown
 from grasp_bench.report.compare import compare_all, holm
 from grasp_bench.report.html.page import write_html
+from grasp_bench.report.html.trials import embed, rows_of
 from grasp_bench.results import find_runs
 from grasp_bench.runs import Run
 from grasp_bench.stats import mcnemar
@@ -129,6 +130,31 @@ def test_failures_come_first_where_space_is_short(runs: Path, tmp_path: Path) ->
     assert kept
     failures = [t for t in trials if t["run"] == 0 and not t["success"]]
     assert not any(shown) or shown.count(False) == len(failures)
+
+
+def test_an_episode_has_its_attempts_with_their_pictures(tmp_path: Path) -> None:
+    folder = write_clutter(tmp_path / "clutter", [["success", "missed", "success"], ["success"]])
+    whole = write_html([folder], tmp_path / "r.html", tmp_path)
+    assert (whole.trials, whole.pictures, whole.left_out) == (2, 5, 0)
+    text = (tmp_path / "r.html").read_text(encoding="utf-8")
+    assert HOSTILE not in text
+    page = Page(text)
+    pictures = {k: json.loads(v) for k, v in page.scripts.items() if k.startswith("media-")}
+    assert {k: sorted(v) for k, v in pictures.items()} == {
+        "media-0-0-0": ["sheet"], "media-0-0-1": ["clip", "sheet"], "media-0-0-2": ["sheet"],
+        "media-0-1-0": ["sheet"]}
+    stored = (folder / "media" / "00000-01.webp").read_bytes()
+    assert base64.b64decode(pictures["media-0-0-1"]["sheet"]) == stored
+    first, second = json.loads(page.scripts["data"])["trials"]
+    assert [a["outcome"] for a in first["attempts"]] == ["success", "missed", "success"]
+    assert first["attempts"][0]["removed"] == [HOSTILE]
+    assert first["attempts"][1]["quality"] == 0.1
+    assert (first["outcome"], first["cleared"], second["outcome"]) == ("missed", 2, "success")
+    run = Run(folder)
+    failed = [folder / "media" / f"00000-01{kind}.webp" for kind in ("", "-clip")]
+    budget = sum(-(-p.stat().st_size // 3) * 4 for p in failed)
+    few = embed([run], rows_of(0, run, {}), budget)
+    assert (sorted(few.media), few.left_out) == (["0-0-1"], 3)  # what failed comes first
 
 
 def test_runs_without_a_trial_have_no_report(tmp_path: Path) -> None:

@@ -24,7 +24,7 @@ from grasp_bench.executors import Here
 from grasp_bench.jobs import Settings, spread
 from grasp_bench.machine import THREADS
 from grasp_bench.media.clouds import point_cloud
-from grasp_bench.media.meshes import body_pose, shown_meshes
+from grasp_bench.media.meshes import Stage
 from grasp_bench.media.recording import Moment
 from grasp_bench.media.store import find
 from grasp_bench.predictors import load_predictor
@@ -76,7 +76,7 @@ def test_a_trial_done_again_is_the_same_to_the_bit(again: Replay) -> None:
     assert again.identical
     assert (again.differs, again.causes) == ([], [])
     assert again.stored["object"] == "bar"
-    assert again.done.record.trial == 3
+    assert [t.done.record.trial for t in again.takes] == [3]
 
 
 def test_what_differs_is_named_with_what_may_have_caused_it(changed: Callable[..., Path],
@@ -204,14 +204,14 @@ def test_a_web_page_shows_every_state(again: Replay) -> None:
         shown = BrowserReplay(again, server)
         with urllib.request.urlopen(f"http://127.0.0.1:{server.get_port()}/", timeout=60) as answer:
             assert answer.status == 200
-        assert again.done.world is not None
-        hand = again.done.world.model.body("arm/gripper/gripper").id
+        assert again.takes[0].done.world is not None
+        hand = again.takes[0].done.world.model.body("arm/gripper/gripper").id
         shown.show_time(0.0)
         before = np.array(shown._bodies[hand].position)
         shown.show_time(shown.duration)
         after = np.array(shown._bodies[hand].position)
         assert np.linalg.norm(after - before) > 0.02
-        assert after == pytest.approx(again.done.world.data.xpos[hand], abs=1e-3)
+        assert after == pytest.approx(again.takes[0].done.world.data.xpos[hand], abs=1e-3)
         stop = threading.Event()
         shown.slider.value = 0.0
         playing = threading.Thread(target=shown.play, args=(stop,))
@@ -226,12 +226,12 @@ def test_a_web_page_shows_every_state(again: Replay) -> None:
 
 def test_a_rerun_recording_holds_pictures_points_joints_and_forces(again: Replay, tmp_path: Path) -> None:
     pytest.importorskip("rerun")
-    from grasp_bench.media.rerun_log import log_trial, merge, writing
+    from grasp_bench.media.rerun_log import log_take, merge, writing
 
     parts = [tmp_path / "a.rrd", tmp_path / "b.rrd"]
     for part in parts:
         with writing(part, "one") as stream:
-            log_trial(stream, again.done, again.recording, again.scenario, again.predictor)
+            log_take(stream, again.takes[0], again.scenario)
     merge(parts, tmp_path / "all.rrd")
     assert (tmp_path / "all.rrd").stat().st_size > parts[0].stat().st_size
     printed = subprocess.run([sys.executable, "-m", "rerun", "rrd", "print", str(tmp_path / "all.rrd")],
@@ -294,15 +294,16 @@ def test_points_lie_where_the_depth_says() -> None:
 
 
 def test_meshes_lie_where_mujoco_has_its_geoms(again: Replay) -> None:
-    assert again.done.world is not None
-    model, data = again.done.world.model, again.done.world.data
-    found = shown_meshes(model)
+    assert again.takes[0].done.world is not None
+    model, data = again.takes[0].done.world.model, again.takes[0].done.world.data
+    stage = Stage(model)
+    found = stage.meshes
     assert {model.body(m.body).name for m in found} >= {"world", "object"}
     ours = [m for m in found if model.body(m.body).name == "object"]
     import mujoco
 
     body = model.body("object").id
-    position, quaternion = body_pose(data, body)
+    position, quaternion = stage.poses(data.qpos)[body]
     rotation = np.zeros(9)
     mujoco.mju_quat2Mat(rotation, quaternion)
     lowest = min(((m.vertices @ rotation.reshape(3, 3).T + position)[:, 2]).min() for m in ours)

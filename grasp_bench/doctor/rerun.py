@@ -15,7 +15,7 @@ from grasp_bench.jobs import Job, Jobs, Settings, spread
 from grasp_bench.objects.catalog import Catalog
 from grasp_bench.outcomes import Outcome
 from grasp_bench.records import dump, scan
-from grasp_bench.results import RUN, TRIALS, load_run
+from grasp_bench.results import RUN, TRIALS, load_run, tried
 from grasp_bench.runner import carry_out, describe
 from grasp_bench.scenario import parse_scenario
 
@@ -63,7 +63,7 @@ def rerun(folder: Path, trials: int, executor: Executor, objects: Path | None = 
     """
     run = load_run(folder)
     catalog = Catalog(objects)
-    names = list(run["objects"])
+    names = tried(run)
     for name in names:
         if name not in catalog.entries:
             where = UnknownNameError("object", name, catalog.names)

@@ -9,6 +9,7 @@ import signal
 import sys
 import threading
 from contextlib import suppress
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from grasp_bench.executors.protocol import Answer
@@ -76,7 +77,7 @@ def attempt(job: Job, settings: Settings, catalog: Catalog, cell: Workcell, pred
             from grasp_bench.clutter import run_episode
 
             episode = run_episode(cell, catalog, predictor, job.object, trial=job.trial, attempt=job.attempt,
-                                  seed=settings.seed)
+                                  seed=settings.seed, watch=partial(recorders_for, settings))
             return Answer(job, episode.record, {"trial": job.trial} | episode.clock.rounded())
         model = catalog.load(job.object)
         recorder = recorders_for(settings)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.camera import CameraPose, RgbdImage
+from grasp_bench.scenario import Table
 
 
 def point_cloud(image: RgbdImage, pose: CameraPose, step: int = 2,
@@ -23,3 +24,10 @@ def point_cloud(image: RgbdImage, pose: CameraPose, step: int = 2,
     valid = depth > 0
     pixels = np.stack([u[valid] + 0.5, v[valid] + 0.5], axis=-1)
     return pose.to_world(intrinsics.deproject(pixels, depth[valid])), image.rgb[v, u][valid]
+
+
+def on_table(points: NDArray[np.float64], table: Table) -> NDArray[np.bool_]:
+    """(N,) which of (N, 3) world points [m] lie on or over the table, not beside it."""
+    aside = np.abs(points[:, :2] - np.array(table.center))
+    inside = aside <= np.array(table.size) / 2
+    return inside[:, 0] & inside[:, 1]

@@ -16,7 +16,8 @@ def describe_cost(run: Path) -> str:
     files = sorted((run / FOLDER).glob("*.webp"))
     clips = sum(f.stem.endswith("-clip") for f in files)
     size = sum(f.stat().st_size for f in files) / 1e6
-    text = (f"Media: pictures of {len(files) - clips} trials and {clips} clips, {size:.1f} MB in "
+    tries = "attempts" if any("-" in f.stem.removesuffix("-clip") for f in files) else "trials"
+    text = (f"Media: pictures of {len(files) - clips} {tries} and {clips} clips, {size:.1f} MB in "
             f"{run / FOLDER}")
     if timings:
         text += (f"; {spent / len(timings):.2f} s a trial, {spent / total:.0%} of its time "

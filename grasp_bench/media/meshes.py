@@ -80,6 +80,23 @@ def _surface(model: mujoco.MjModel, geom: int) -> tuple[NDArray[np.float64], NDA
     return np.asarray(made.vertices, float), np.asarray(made.faces, np.int32)
 
 
-def body_pose(data: mujoco.MjData, body: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Position (3,) [m] and quaternion (4,) w, x, y, z of a body."""
-    return data.xpos[body].copy(), data.xquat[body].copy()
+class Stage:
+    """A model's shown surfaces, and where its bodies are in states that were recorded.
+
+    Args:
+        model: of the world that was recorded.
+
+    Attributes:
+        meshes: of all that is shown.
+    """
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self.meshes = shown_meshes(model)
+        self._model, self._data = model, mujoco.MjData(model)
+        self._bodies = sorted({m.body for m in self.meshes})
+
+    def poses(self, qpos: NDArray[np.float64]) -> dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        """Position (3,) [m] and quaternion (4,) w, x, y, z of every shown body in a state."""
+        self._data.qpos[:] = qpos
+        mujoco.mj_kinematics(self._model, self._data)
+        return {b: (self._data.xpos[b].copy(), self._data.xquat[b].copy()) for b in self._bodies}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from grasp_bench.errors import UnknownNameError
 
 MODES = ("none", "failures", "all")
-"""Trials that get pictures and a clip; in every mode but ``none``, all get the pictures."""
+"""Tries that get pictures and a clip; in every mode but ``none``, all get the pictures."""
 
 
 def check_mode(mode: str) -> str:

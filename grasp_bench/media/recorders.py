@@ -1,4 +1,4 @@
-"""What is kept of a run's trials beside their records."""
+"""What is kept of a run's trials, or of the attempts of its episodes, beside their records."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from grasp_bench.trial import Trial
 
 
 class TrialRecorder(Protocol):
-    """Watches one trial as its observer, and stores something of it afterwards."""
+    """Watches one try as its observer, and stores something of it afterwards."""
 
     def __call__(self, world: World) -> None:
         """Called after every sample of the arm's motion."""
@@ -39,17 +39,17 @@ class Recorders:
             recorder.keep(done, predictor)
 
 
-def recorders_for(settings: Settings) -> Recorders | None:
-    """What watches one trial; None where nothing is kept."""
+def recorders_for(settings: Settings, attempt: int | None = None) -> Recorders | None:
+    """What watches one trial, or one attempt of an episode; None where nothing is kept."""
     if not settings.keeps or settings.folder is None:
         return None
     found: list[TrialRecorder] = []
     if settings.media != "none":
         from grasp_bench.media.store import PictureRecorder
 
-        found.append(PictureRecorder(settings.folder, settings.media, settings.scenario))
+        found.append(PictureRecorder(settings.folder, settings.media, settings.scenario, attempt))
     if settings.rerun:
         from grasp_bench.media.rerun_log import RerunRecorder
 
-        found.append(RerunRecorder(settings.folder, settings.scenario))
+        found.append(RerunRecorder(settings.folder, settings.scenario, attempt))
     return Recorders(found)

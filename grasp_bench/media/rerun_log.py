@@ -1,7 +1,8 @@
 """Trials as Rerun recordings: what was seen, points, maps, grasp, motion and contact forces over time.
 
 Rerun (https://rerun.io) is an optional viewer of logs of robots. Each trial of a recording is
-an entity of its own, ``trial_00017``, on the timelines ``sim`` (seconds) and ``trial``.
+an entity of its own, ``trial_00017``, on the timelines ``sim`` (seconds) and ``trial``; so is each attempt of
+an episode, ``trial_00017/attempt_02``, on the timeline ``attempt``, too.
 """
 
 from __future__ import annotations
@@ -13,14 +14,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.media.clouds import point_cloud
-from grasp_bench.media.meshes import body_pose, shown_meshes
-from grasp_bench.media.recording import Moment, Recording, moment
-from grasp_bench.media.store import FOLDER, note_fault
+from grasp_bench.media.meshes import Stage
+from grasp_bench.media.recording import Recording
+from grasp_bench.media.store import FOLDER, note_fault, stem
+from grasp_bench.media.takes import Take
 from grasp_bench.scenario import Scenario
 from grasp_bench.scene.builder import ARM_PREFIX, GRIPPER_PREFIX
 from grasp_bench.scene.ec66 import JOINT_NAMES
@@ -68,15 +69,16 @@ def writing(path: Path, recording_id: str | None = None) -> Iterator[Any]:
 
 
 class RerunRecorder:
-    """Writes one trial's part of a run's recording, ``media/00017.rrd``.
+    """Writes one try's part of a run's recording, ``media/00017.rrd``.
 
     Args:
         run: the run's folder.
         scenario: of the trial.
+        attempt: number of the try in its episode, None of a single trial.
     """
 
-    def __init__(self, run: Path, scenario: Scenario) -> None:
-        self._run, self._scenario = run, scenario
+    def __init__(self, run: Path, scenario: Scenario, attempt: int | None = None) -> None:
+        self._run, self._scenario, self._attempt = run, scenario, attempt
         self._recording = Recording(EVERY, touches=True)
 
     def __call__(self, world: World) -> None:
@@ -86,20 +88,21 @@ class RerunRecorder:
     def keep(self, done: Trial, predictor: Any) -> None:
         """Write the part; what goes wrong is written into a text file beside."""
         number = done.record.trial
-        part = self._run / FOLDER / f"{number:05}.rrd"
+        part = self._run / FOLDER / f"{stem(number, self._attempt)}.rrd"
         try:
+            take = Take.of(done, self._recording, predictor, self._attempt)
             with writing(part, recording_id=str(self._run)) as stream:
-                log_trial(stream, done, self._recording, self._scenario, predictor)
+                log_take(stream, take, self._scenario)
         except Exception as error:  # a full disk, a foreign predictor's odd maps
             part.unlink(missing_ok=True)
-            note_fault(self._run, number, error)
+            note_fault(self._run, number, error, self._attempt)
 
 
 def join_parts(run: Path, out: Path) -> int:
     """Join the parts that a run's workers wrote into ``out``, and remove them.
 
     Returns:
-        How many trials there were.
+        How many trials and attempts there were.
 
     Raises:
         GraspBenchError: when Rerun cannot join them; the parts are kept.
@@ -125,32 +128,32 @@ def merge(parts: Sequence[Path], out: Path) -> None:
                               f"{done.stderr.strip()[-300:]}")
 
 
-def log_trial(stream: Any, done: Trial, recording: Recording, scenario: Scenario, predictor: Any) -> None:
-    """Log one trial.
+def log_take(stream: Any, take: Take, scenario: Scenario) -> None:
+    """Log one try.
 
     Args:
         stream: a ``rerun.RecordingStream``.
-        done: the trial.
-        recording: of its motion, with touches for the forces.
+        take: the try, recorded with touches for the forces.
         scenario: of the trial.
-        predictor: that was asked; its maps are logged if it has any.
     """
     rr = import_rerun()
-    record = done.record
+    done, record = take.done, take.done.record
     root = f"trial_{record.trial:05}"
     stream.set_time("trial", sequence=record.trial)
+    if take.attempt is not None:
+        root += f"/attempt_{take.attempt:02}"
+        stream.set_time("attempt", sequence=take.attempt)
     stream.set_time("sim", duration=0.0)
     text = f"{record.object}: {record.outcome}" + (f", {record.detail}" if record.detail else "")
     stream.log(f"{root}/outcome", rr.TextLog(text, level="INFO" if record.success else "WARN"))
     if done.image is None or done.world is None:
         return
-    _log_image(rr, stream, root, done, scenario, predictor)
-    _log_motion(rr, stream, root, done, [*recording.moments, moment(done.world, recording.touches)],
-                record.trial)
+    _log_image(rr, stream, root, take, scenario)
+    _log_motion(rr, stream, root, take)
 
 
-def _log_image(rr: Any, stream: Any, root: str, done: Trial, scenario: Scenario, predictor: Any) -> None:
-    image, pose = done.image, scenario.camera.pose
+def _log_image(rr: Any, stream: Any, root: str, take: Take, scenario: Scenario) -> None:
+    done, image, pose = take.done, take.done.image, scenario.camera.pose
     assert image is not None
     k = image.intrinsics
     camera = f"{root}/world/camera"
@@ -168,8 +171,7 @@ def _log_image(rr: Any, stream: Any, root: str, done: Trial, scenario: Scenario,
         stream.log(f"{camera}/rgb/grasps", rr.LineStrips2D(
             strips, colors=[(40, 220, 60) if c else (170, 170, 170) for c in chosen],
             labels=[f"quality {g.quality:.2f}" for g in done.grasps], show_labels=False))
-    maps = getattr(predictor, "last_maps", None)
-    if maps is not None:
+    if (maps := take.maps) is not None:
         for name, values in (("quality", maps.quality), ("angle", maps.angle), ("width", maps.width)):
             stream.log(f"{root}/maps/{name}", rr.DepthImage(values, colormap="inferno"))
     if done.plan is not None:
@@ -181,30 +183,24 @@ def _log_image(rr: Any, stream: Any, root: str, done: Trial, scenario: Scenario,
             colors=[(40, 90, 240), (240, 40, 50), (240, 40, 50)]))
 
 
-def _log_motion(rr: Any, stream: Any, root: str, done: Trial, moments: Sequence[Moment], trial: int) -> None:
-    assert done.world is not None
-    model = done.world.model
-    bodies: set[int] = set()
-    for number, mesh in enumerate(shown_meshes(model)):
-        bodies.add(mesh.body)
+def _log_motion(rr: Any, stream: Any, root: str, take: Take) -> None:
+    assert take.done.world is not None
+    model = take.done.world.model
+    stage = Stage(model)
+    for number, mesh in enumerate(stage.meshes):
         stream.log(f"{root}/world/bodies/{mesh.body}/{number}", rr.Mesh3D(
             vertex_positions=mesh.vertices, triangle_indices=mesh.faces,
             albedo_factor=(*mesh.color, 255)), static=True)
-    data = mujoco.MjData(model)
     arm = [model.joint(ARM_PREFIX + name) for name in JOINT_NAMES]
     q = [int(j.qposadr[0]) for j in arm]
     v = [int(j.dofadr[0]) for j in arm]
     fingers = [int(model.joint(f"{GRIPPER_PREFIX}{s}_finger_joint").qposadr[0]) for s in ("left", "right")]
-    start = moments[0].time
-    for m in moments:
-        stream.set_time("sim", duration=m.time - start)
-        stream.set_time("trial", sequence=trial)
-        data.qpos[:] = m.qpos
-        mujoco.mj_kinematics(model, data)
-        for body in sorted(bodies - {0}):
-            position, quaternion = body_pose(data, body)
-            stream.log(f"{root}/world/bodies/{body}", rr.Transform3D(
-                translation=position, quaternion=rr.Quaternion(xyzw=np.roll(quaternion, -1))))
+    for m in take.moments:
+        stream.set_time("sim", duration=m.time - take.start)
+        for body, (position, quaternion) in stage.poses(m.qpos).items():
+            if body != 0:  # the world itself
+                stream.log(f"{root}/world/bodies/{body}", rr.Transform3D(
+                    translation=position, quaternion=rr.Quaternion(xyzw=np.roll(quaternion, -1))))
         stream.log(f"{root}/joints/position", rr.Scalars(m.qpos[q]))
         stream.log(f"{root}/joints/velocity", rr.Scalars(m.qvel[v]))
         stream.log(f"{root}/gripper/opening", rr.Scalars([float(m.qpos[fingers].sum())]))

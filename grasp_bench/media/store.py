@@ -1,7 +1,8 @@
 """A trial's pictures and clip as files of its run: ``media/00017.webp``, ``media/00017-clip.webp``.
 
 The picture is a sheet of four squares: what was seen and its depth above, what was proposed and
-how it ended below; see :mod:`grasp_bench.media.pictures`. The clip is an animated WebP.
+how it ended below; see :mod:`grasp_bench.media.pictures`. The clip is an animated WebP. An episode
+of clutter has them of each attempt: ``media/00017-02.webp``, ``media/00017-02-clip.webp``.
 """
 
 from __future__ import annotations
@@ -16,9 +17,9 @@ import numpy as np
 from PIL import Image
 
 from grasp_bench.media.film import Filmer
-from grasp_bench.media.pictures import TILE, crop_for, depth, proposed, seen
-from grasp_bench.media.recording import Moment, Recording, moment
-from grasp_bench.outcomes import Outcome
+from grasp_bench.media.pictures import TILE, Rgb
+from grasp_bench.media.recording import Recording
+from grasp_bench.media.takes import Take
 from grasp_bench.scenario import Scenario
 from grasp_bench.scene.world import World
 from grasp_bench.trial import Trial
@@ -33,40 +34,47 @@ CLIP_RATE = 8.0
 
 @dataclass(frozen=True)
 class Media:
-    """The files of one trial; None where there is none."""
+    """The files of one try; None where there is none."""
 
     sheet: Path | None
     clip: Path | None
 
 
-def find(run: Path, trial: int) -> Media:
-    """What is stored of a trial."""
-    sheet, clip = _paths(run, trial)
+def stem(trial: int, attempt: int | None = None) -> str:
+    """What names of the files of a trial, or of an attempt of an episode, begin with."""
+    return f"{trial:05}" if attempt is None else f"{trial:05}-{attempt:02}"
+
+
+def find(run: Path, trial: int, attempt: int | None = None) -> Media:
+    """What is stored of a trial, or of an attempt of an episode."""
+    sheet, clip = _paths(run, trial, attempt)
     return Media(sheet if sheet.is_file() else None, clip if clip.is_file() else None)
 
 
 def remove(run: Path, trial: int) -> None:
-    """Delete what is stored of a trial."""
-    for path in _paths(run, trial):
-        path.unlink(missing_ok=True)
+    """Delete what is stored of a trial and all its attempts."""
+    for pattern in (f"{stem(trial)}.webp", f"{stem(trial)}-*.webp"):
+        for path in (run / FOLDER).glob(pattern):
+            path.unlink()
 
 
 def wanted(mode: str, success: bool) -> bool:
-    """Whether a trial that ended so gets a clip."""
+    """Whether a try that ended so gets a clip."""
     return mode == "all" or (mode == "failures" and not success)
 
 
 class PictureRecorder:
-    """Watches one trial as its observer, and stores its pictures and clip afterwards.
+    """Watches one try as its observer, and stores its pictures and clip afterwards.
 
     Args:
         run: the run's folder.
         mode: one of :data:`~grasp_bench.media.modes.MODES`, not ``none``.
         scenario: of the trial.
+        attempt: number of the try in its episode, None of a single trial.
     """
 
-    def __init__(self, run: Path, mode: str, scenario: Scenario) -> None:
-        self._run, self._mode, self._scenario = run, mode, scenario
+    def __init__(self, run: Path, mode: str, scenario: Scenario, attempt: int | None = None) -> None:
+        self._run, self._mode, self._scenario, self._attempt = run, mode, scenario, attempt
         period = scenario.physics.timestep * scenario.physics.control_steps
         self._recording = Recording(max(1, round(CLIP_INTERVAL / period)))
 
@@ -75,62 +83,61 @@ class PictureRecorder:
         self._recording(world)
 
     def keep(self, done: Trial, predictor: Any) -> None:
-        """Store the pictures of a trial, and its clip where the mode wants one.
+        """Store the pictures of a try, and its clip where the mode wants one.
 
-        Nothing is stored of a trial that ended before there was an image. Whatever goes wrong
+        Nothing is stored of one that ended before there was an image. Whatever goes wrong
         is written into a text file beside, and does not touch the trial.
 
         Args:
-            done: the trial.
+            done: the try.
             predictor: that was asked; its ``last_maps`` and ``crop_origin`` are drawn if it has them.
         """
         if done.image is None or done.world is None:
             return
         number = done.record.trial
         try:
-            files = _paths(self._run, number)
-            files[0].parent.mkdir(parents=True, exist_ok=True)
-            end = moment(done.world)
-            _write(files[0], _webp([self._sheet(done, end, predictor)], 72))
-            moments = self._recording.moments
-            if wanted(self._mode, done.record.success) and moments:
+            sheet, clip = _paths(self._run, number, self._attempt)
+            sheet.parent.mkdir(parents=True, exist_ok=True)
+            take = Take.of(done, self._recording, predictor, self._attempt)
+            _write(sheet, _webp([self._sheet(take)], 72))
+            if wanted(self._mode, done.record.success) and take.moved:
                 with Filmer(done.world.model, self._scenario, CLIP_SIZE) as filmer:
-                    _write(files[1], _webp([filmer.shoot(m.qpos) for m in [*moments, end]], 42))
+                    _write(clip, _webp([filmer.shoot(m.qpos) for m in take.moments], 42))
         except Exception as error:  # a full disk, a foreign predictor's odd maps
-            note_fault(self._run, number, error)
+            note_fault(self._run, number, error, self._attempt)
 
-    def _sheet(self, done: Trial, end: Moment, predictor: Any) -> np.ndarray:
-        """(2 · TILE, 2 · TILE, 3) pictures of a trial."""
-        assert done.image is not None
-        assert done.world is not None
-        with Filmer(done.world.model, self._scenario, (TILE, TILE)) as filmer:
-            last = filmer.shoot(end.qpos)
-        image, grasp = done.image, done.record.grasp
-        crop = crop_for(image, [] if grasp is None else [grasp])
-        failed = done.record.outcome == Outcome.ERROR  # what a predictor has then is of an earlier image
-        maps = None if failed else getattr(predictor, "last_maps", None)
-        origin = getattr(predictor, "crop_origin", (0, 0))
-        wanted_at = proposed(image, crop, done.grasps, grasp, maps, origin)
-        return np.vstack([np.hstack([seen(image, crop, grasp), depth(image, crop, grasp)]),
-                          np.hstack([wanted_at, last])])
+    def _sheet(self, take: Take) -> Rgb:
+        """(2 · TILE, 2 · TILE, 3) pictures of a try."""
+        assert take.done.world is not None
+        shown = take.pictures()
+        with Filmer(take.done.world.model, self._scenario, (TILE, TILE)) as filmer:
+            last = filmer.shoot(take.moments[-1].qpos)
+        return np.vstack([np.hstack([shown["seen"], shown["depth"]]), np.hstack([shown["proposed"], last])])
 
 
 def faults(run: Path) -> dict[int, str]:
-    """Trials whose media could not be made, and why."""
-    return {int(p.stem): p.read_text(encoding="utf-8").strip() for p in sorted((run / FOLDER).glob("*.txt"))}
+    """Trials whose media could not be made, and why; of an episode, those of its first such attempt."""
+    found: dict[int, str] = {}
+    for path in sorted((run / FOLDER).glob("*.txt")):
+        trial, _, attempt = path.stem.partition("-")
+        why = path.read_text(encoding="utf-8").strip()
+        found.setdefault(int(trial), f"attempt {int(attempt)}: {why}" if attempt else why)
+    return found
 
 
-def note_fault(run: Path, trial: int, error: Exception) -> None:
-    """Write down why something of a trial could not be stored, if that can be."""
+def note_fault(run: Path, trial: int, error: Exception, attempt: int | None = None) -> None:
+    """Write down why something of a try could not be stored, if that can be."""
     with suppress(OSError):
-        (run / FOLDER / f"{trial:05}.txt").write_text(f"{type(error).__name__}: {error}\n", encoding="utf-8")
+        (run / FOLDER / f"{stem(trial, attempt)}.txt").write_text(f"{type(error).__name__}: {error}\n",
+                                                                  encoding="utf-8")
 
 
-def _paths(run: Path, trial: int) -> tuple[Path, Path]:
-    return run / FOLDER / f"{trial:05}.webp", run / FOLDER / f"{trial:05}-clip.webp"
+def _paths(run: Path, trial: int, attempt: int | None) -> tuple[Path, Path]:
+    name = stem(trial, attempt)
+    return run / FOLDER / f"{name}.webp", run / FOLDER / f"{name}-clip.webp"
 
 
-def _webp(frames: list[np.ndarray], quality: int) -> bytes:
+def _webp(frames: list[Rgb], quality: int) -> bytes:
     """One picture, or an endless animation whose last frame stays a second."""
     buffer = io.BytesIO()
     first, *others = (Image.fromarray(f) for f in frames)

@@ -10,9 +10,9 @@ import mujoco
 import numpy as np
 
 from grasp_bench.errors import GraspBenchError
-from grasp_bench.media.clouds import point_cloud
-from grasp_bench.media.meshes import body_pose, shown_meshes
-from grasp_bench.media.pictures import crop_for, proposed, seen
+from grasp_bench.media.clouds import on_table, point_cloud
+from grasp_bench.media.meshes import Stage
+from grasp_bench.media.takes import Take
 from grasp_bench.replay.rebuild import Replay
 from grasp_bench.replay.story import story
 
@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 
 RATE = 30.0
 """States shown a second."""
+EYE = (-0.75, -0.55, 0.75)
+"""Where a page first looks from, seen from the table's middle: over the arm's shoulder [m]."""
+PAUSE = 1.0
+"""Simulated seconds that the end of a try is shown before what follows."""
 
 
 def import_viser() -> Any:
@@ -40,96 +44,134 @@ class BrowserReplay:
     """The scene of a replay on a viser server.
 
     Args:
-        replay: of a trial that was seen at least.
+        replay: of a trial that was seen at least; of an episode, those of its attempts that were.
         server: where to show it.
+
+    Attributes:
+        takes: what can be shown.
+        stage: bodies of the one that is shown now.
 
     Raises:
         GraspBenchError: for a trial that ended before there was an image.
     """
 
     def __init__(self, replay: Replay, server: viser.ViserServer) -> None:
-        done = replay.done
-        if done.world is None or done.image is None:
-            raise GraspBenchError(f"Trial {done.record.trial} ended before there was an image "
-                                  f"({done.record.outcome}); there is nothing to show.")
-        self.server = server
-        self._model, self._data = done.world.model, mujoco.MjData(done.world.model)
-        self.moments = [(m.time, m.qpos) for m in replay.recording.moments]
-        self.moments.append((float(done.world.data.time), done.world.data.qpos.copy()))
-        self._bodies = self._add_meshes()
-        self._add_camera(replay)
+        self.takes = [t for t in replay.takes if t.done.image is not None and t.done.world is not None]
+        if not self.takes:
+            raise GraspBenchError(f"Trial {replay.record['trial']} ended before there was an image "
+                                  f"({replay.record['outcome']}); there is nothing to show.")
+        self.server, self._scenario = server, replay.scenario
+        server.scene.set_up_direction("+z")
+        server.on_client_connect(self.aim)
+        self._lock = threading.RLock()
         self._add_panel(replay)
-        self.show(0)
+        self.load(0)
+
+    def aim(self, client: viser.ClientHandle) -> None:
+        """Let a page look at the table's middle, from near."""
+        middle = np.array([*self._scenario.table.center, 0.0])
+        with client.atomic():
+            client.camera.up_direction = (0.0, 0.0, 1.0)
+            client.camera.position = middle + EYE
+            client.camera.look_at = middle
+
+    @property
+    def take(self) -> Take:
+        """What is shown now."""
+        return self.takes[self._number]
 
     @property
     def duration(self) -> float:
-        """Simulated seconds from the first state to the last."""
-        return self.moments[-1][0] - self.moments[0][0]
+        """Simulated seconds from the first state of what is shown to the last."""
+        return self.take.moments[-1].time - self.take.start
+
+    def load(self, number: int) -> None:
+        """Show another of :attr:`takes`, from its start."""
+        with self._lock:
+            self._number = number
+            self.stage = Stage(self.take.done.world.model)  # pyright: ignore[reportOptionalMemberAccess]
+            for name in ("/bodies", "/camera", "/points"):
+                self.server.scene.remove_by_name(name)
+            self._bodies = self._add_meshes()
+            self._add_camera()
+            shown = self.take.pictures()
+            self._seen.image, self._proposed.image = shown["seen"], shown["proposed"]
+            self._times = np.array([m.time for m in self.take.moments]) - self.take.start
+            self.slider.max = max(self.duration, 0.01)
+            self.slider.value = 0.0
+            self.show(0)
 
     def _add_meshes(self) -> dict[int, Any]:
         scene = self.server.scene
-        scene.set_up_direction("+z")
         frames: dict[int, Any] = {}
-        for number, mesh in enumerate(shown_meshes(self._model)):
+        for number, mesh in enumerate(self.stage.meshes):
             if mesh.body not in frames:
                 frames[mesh.body] = scene.add_frame(f"/bodies/{mesh.body}", show_axes=False)
             scene.add_mesh_simple(f"/bodies/{mesh.body}/{number}", mesh.vertices, mesh.faces,
                                   color=mesh.color, flat_shading=True)
         return frames
 
-    def _add_camera(self, replay: Replay) -> None:
-        image, pose = replay.done.image, replay.scenario.camera.pose
+    def _add_camera(self) -> None:
+        image, pose = self.take.done.image, self._scenario.camera.pose
         assert image is not None
         quaternion = np.zeros(4)
         mujoco.mju_mat2Quat(quaternion, pose.rotation.ravel())
         small = np.ascontiguousarray(image.rgb[::2, ::2])
         self._frustum = self.server.scene.add_camera_frustum(
             "/camera", fov=image.intrinsics.vertical_fov, scale=0.12, image=small, wxyz=quaternion,
-            aspect=image.intrinsics.width / image.intrinsics.height, position=pose.position)
+            aspect=image.intrinsics.width / image.intrinsics.height, position=pose.position,
+            visible=self.frustum.value)
         points, colors = point_cloud(image, pose)
-        self._cloud = self.server.scene.add_point_cloud("/points", points.astype(np.float32), colors,
-                                                        point_size=0.0015)
+        kept = on_table(points, self._scenario.table)
+        self._cloud = self.server.scene.add_point_cloud("/points", points[kept].astype(np.float32),
+                                                        colors[kept], point_size=0.0015,
+                                                        visible=self.cloud.value)
 
     def _add_panel(self, replay: Replay) -> None:
-        gui, done = self.server.gui, replay.done
-        assert done.image is not None
-        self.slider = gui.add_slider("Time [s]", 0.0, max(self.duration, 0.01), 0.01, 0.0)
+        gui = self.server.gui
+        self.attempt = None
+        if len(self.takes) > 1:
+            names = [f"{t.attempt}: {t.done.record.object}, {t.done.record.outcome}" for t in self.takes]
+            self.attempt = gui.add_dropdown("Attempt", names, names[0])
+            self.attempt.on_update(lambda event: self.load(names.index(event.target.value)))
+        self.slider = gui.add_slider("Time [s]", 0.0, 1.0, 0.01, 0.0)
         self.playing = gui.add_checkbox("Play", True)
         self.speed = gui.add_slider("Speed", 0.1, 4.0, 0.1, 1.0)
-        cloud = gui.add_checkbox("Point cloud", True)
-        frustum = gui.add_checkbox("Camera", True)
+        self.cloud = gui.add_checkbox("Point cloud", True)
+        self.frustum = gui.add_checkbox("Camera", True)
         self.slider.on_update(lambda _: self.show_time(self.slider.value))
-        cloud.on_update(lambda _: setattr(self._cloud, "visible", cloud.value))
-        frustum.on_update(lambda _: setattr(self._frustum, "visible", frustum.value))
-        record = done.record
-        crop = crop_for(done.image, [] if record.grasp is None else [record.grasp])
-        maps = getattr(replay.predictor, "last_maps", None)
-        origin = getattr(replay.predictor, "crop_origin", (0, 0))
-        gui.add_image(seen(done.image, crop, record.grasp), "Seen")
-        gui.add_image(proposed(done.image, crop, done.grasps, record.grasp, maps, origin), "Proposed")
+        self.cloud.on_update(lambda _: setattr(self._cloud, "visible", self.cloud.value))
+        self.frustum.on_update(lambda _: setattr(self._frustum, "visible", self.frustum.value))
+        shown = self.takes[0].pictures()
+        self._seen = gui.add_image(shown["seen"], "Seen")
+        self._proposed = gui.add_image(shown["proposed"], "Proposed")
         gui.add_markdown("\n\n".join(_plain(line) for line in story(replay)))
 
     def show_time(self, seconds: float) -> None:
         """Show the state ``seconds`` after the first."""
-        times = [t for t, _ in self.moments]
-        self.show(max(0, int(np.searchsorted(times, times[0] + seconds + 1e-9, side="right")) - 1))
+        with self._lock:
+            self.show(max(0, int(np.searchsorted(self._times, seconds + 1e-9, side="right")) - 1))
 
     def show(self, index: int) -> None:
-        """Show the state at a position in :attr:`moments`."""
-        self._data.qpos[:] = self.moments[index][1]
-        mujoco.mj_kinematics(self._model, self._data)
-        with self.server.atomic():
-            for body, frame in self._bodies.items():
-                frame.position, frame.wxyz = body_pose(self._data, body)
+        """Show the state at a position among the moments of what is shown."""
+        with self._lock, self.server.atomic():
+            for body, (position, quaternion) in self.stage.poses(self.take.moments[index].qpos).items():
+                self._bodies[body].position, self._bodies[body].wxyz = position, quaternion
+
+    def step(self, seconds: float) -> None:
+        """Move the slider on; after the end comes the next attempt, and after the last one the first."""
+        with self._lock:
+            ahead = self.slider.value + seconds
+            if ahead <= self.duration + PAUSE or self.attempt is None:
+                self.slider.value = ahead if ahead <= self.duration + PAUSE else 0.0
+            else:
+                self.attempt.value = self.attempt.options[(self._number + 1) % len(self.takes)]
 
     def play(self, stop: threading.Event) -> None:
-        """Move the slider on while it is asked for, from the start again after the end; until ``stop``."""
+        """Move on while it is asked for, until ``stop``."""
         while not stop.wait(1 / RATE):
-            if not self.playing.value:
-                continue
-            ahead = self.slider.value + self.speed.value / RATE
-            self.slider.value = ahead if ahead <= self.duration + 1.0 else 0.0
-            self.show_time(min(self.slider.value, self.duration))
+            if self.playing.value:
+                self.step(self.speed.value / RATE)
 
 
 def _plain(text: str) -> str:

@@ -1,4 +1,4 @@
-"""``grasp-bench replay``: does a recorded trial again, verifies it, tells it, and shows it."""
+"""``grasp-bench replay``: does a recorded trial or episode again, verifies it, tells it, and shows it."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from grasp_bench.graphics import LIBRARIES, VARIABLE, with_gl, without_gl
 def replay_command(
     run: Annotated[Path, typer.Argument(help="A run's folder.")],
     trial: Annotated[int, typer.Option(min=0, help="Number of the trial.")],
+    attempt: Annotated[int | None, typer.Option(
+        min=0, help="Of an episode of clutter: tell and show this attempt only.")] = None,
     video: Annotated[Path | None, typer.Option(
         help="Write a film: .mp4 and .webm (extra `video`), .gif or .webp.")] = None,
     viewer: Annotated[bool, typer.Option("--viewer", help="Play it in MuJoCo's viewer.")] = False,
@@ -29,6 +31,8 @@ def replay_command(
         help="Folder of the objects' catalogue, if not the shipped one.")] = None,
 ) -> None:
     """Do a recorded trial again, verify that it ends as recorded to the bit, and show it.
+
+    A trial of clutter is an episode: all its attempts are done again, and shown one after the other.
 
     Exits with 1 when anything differs from the record, and says what.
 
@@ -56,7 +60,7 @@ def replay_command(
     from grasp_bench.replay.rebuild import rebuild
     from grasp_bench.replay.story import story
 
-    done = rebuild(run, trial, objects)
+    done = rebuild(run, trial, objects, attempt=attempt)
     for line in story(done):
         typer.echo(line)
     if done.identical:
@@ -73,10 +77,11 @@ def replay_command(
         count = write_film(done, video, opengl=opengl)
         typer.echo(f"{video}: {count} pictures, {video.stat().st_size / 1e6:.2f} MB.")
     if rerun is not None:
-        from grasp_bench.media.rerun_log import log_trial, writing
+        from grasp_bench.media.rerun_log import log_take, writing
 
         with writing(rerun) as stream:
-            log_trial(stream, done.done, done.recording, done.scenario, done.predictor)
+            for take in done.takes:
+                log_take(stream, take, done.scenario)
         typer.echo(f"{rerun}: {rerun.stat().st_size / 1e6:.1f} MB; open it with `rerun {rerun}`.")
     if viewer:
         from grasp_bench.replay.viewer import show

@@ -1,23 +1,28 @@
-"""Does a recorded trial again, and holds the result against its record."""
+"""Does a recorded trial again, or a whole episode of clutter, and holds the result against its record."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from grasp_bench.clutter import run_episode
 from grasp_bench.errors import ResultsError
 from grasp_bench.identity import ORIGIN, differences
 from grasp_bench.jobs import Job, Settings, spread
 from grasp_bench.media.recording import Recording
+from grasp_bench.media.takes import Take
 from grasp_bench.objects.catalog import Catalog
 from grasp_bench.outcomes import HARNESS_FAULTS
 from grasp_bench.predictors import load_predictor
 from grasp_bench.predictors.identity import identify
+from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.records import dump, scan
-from grasp_bench.results import TRIALS, load_run
+from grasp_bench.results import TRIALS, load_run, tried
 from grasp_bench.runner import describe
 from grasp_bench.scenario import Scenario, parse_scenario
+from grasp_bench.scene.world import World
 from grasp_bench.trial import Trial, Workcell, run_trial
 
 CAUSES = ("implementation", "objects", "weights", "versions", *ORIGIN)
@@ -31,30 +36,43 @@ class Replay:
     Attributes:
         run: content of its ``run.json``.
         stored: its record as the run wrote it.
-        done: the trial as it went now.
-        recording: its motion, with what the object touched.
+        record: its record as it went now.
+        takes: what there is to show: the trial, or the attempts of its episode.
         scenario: of the run.
-        predictor: that was asked.
         differs: what is not as recorded, in words; empty when all is the same to the bit.
         causes: how this installation differs from the one that wrote the record.
     """
 
     run: dict[str, Any]
     stored: dict[str, Any]
-    done: Trial
-    recording: Recording
+    record: dict[str, Any]
+    takes: tuple[Take, ...]
     scenario: Scenario
-    predictor: Any
     differs: list[str]
     causes: list[str]
 
     @property
     def identical(self) -> bool:
         """The new record is the stored one, byte for byte."""
-        return dump(self.done.record.to_json()) == dump(self.stored)
+        return dump(self.record) == dump(self.stored)
 
 
-def rebuild(folder: Path, trial: int, objects: Path | None = None, every: int = 5) -> Replay:
+class _Camera:
+    """Watches one try as its observer, and adds its take to those of the replay."""
+
+    def __init__(self, takes: list[Take], every: int, attempt: int | None = None) -> None:
+        self._takes, self._attempt = takes, attempt
+        self._recording = Recording(every, touches=True)
+
+    def __call__(self, world: World) -> None:
+        self._recording(world)
+
+    def keep(self, done: Trial, predictor: Any) -> None:
+        self._takes.append(Take.of(done, self._recording, predictor, self._attempt))
+
+
+def rebuild(folder: Path, trial: int, objects: Path | None = None, every: int = 5,
+            attempt: int | None = None) -> Replay:
     """Do a trial of the run in ``folder`` again.
 
     Args:
@@ -62,10 +80,11 @@ def rebuild(folder: Path, trial: int, objects: Path | None = None, every: int = 
         trial: its number.
         objects: folder of the objects' catalogue; the shipped ones by default.
         every: samples of the motion (4 ms in the shipped scenarios) from one kept state to the next.
+        attempt: of an episode, the only one to show; all are done again nevertheless.
 
     Raises:
-        ResultsError: for a folder without a run, a trial it does not hold, or a record that is not
-            of the trial which ``run.json`` plans under that number.
+        ResultsError: for a folder without a run, a trial or an attempt it does not hold, or a record that is
+            not of the trial which ``run.json`` plans under that number.
         GraspBenchError: for an object or a predictor that is not to be had here.
     """
     import cv2
@@ -73,26 +92,58 @@ def rebuild(folder: Path, trial: int, objects: Path | None = None, every: int = 
     cv2.setNumThreads(1)  # as in a run's workers
     run = load_run(folder)
     stored = stored_record(folder, trial)
+    if attempt is not None:
+        check_attempt(stored, attempt)
     settings, catalog = settings_of(run, folder, objects)
     job = job_of(run, stored, folder)
-    model = catalog.load(job.object)
     predictor = load_predictor(settings.predictor)
-    recording = Recording(every, touches=True)
-    done = run_trial(Workcell(settings.scenario, settings.renderer), model, predictor, trial=trial,
-                     attempt=job.attempt, seed=settings.seed, observer=recording)
-    new = done.record.to_json()
-    differs = [f"{key}: {_short(stored.get(key))} in the record, {_short(new.get(key))} now"
-               for key in dict.fromkeys([*stored, *new])
-               if dump({"": stored.get(key)}) != dump({"": new.get(key)})]
+    new, takes = _again(settings, catalog, job, predictor, every, attempt)
+    differs = list(_differences(stored, new))
     causes = []
     if differs:
         here = describe(settings, spread([job.object], 1), catalog, identify(settings.predictor, predictor))
-        there = run | {"objects": {job.object: run["objects"][job.object]}}
+        there = run | {"objects": {name: run["objects"].get(name) for name in here["objects"]}}
         keys = [k for k in CAUSES if k in run]
         causes = list(differences(there, here, keys, ("in the record", "here")).values())
         if stored["outcome"] in HARNESS_FAULTS:
             causes.append("time limits and crashed workers are not part of a replay")
-    return Replay(run, stored, done, recording, settings.scenario, predictor, differs, causes)
+    return Replay(run, stored, new, tuple(takes), settings.scenario, differs, causes)
+
+
+def _again(settings: Settings, catalog: Catalog, job: Job, predictor: Predictor, every: int,
+           attempt: int | None) -> tuple[dict[str, Any], list[Take]]:
+    """The record of a job that is done now, and what there is to show of it."""
+    cell = Workcell(settings.scenario, settings.renderer)
+    takes: list[Take] = []
+    if settings.scenario.clutter is not None:
+        def watch(number: int) -> _Camera | None:
+            return _Camera(takes, every, number) if attempt in (None, number) else None
+
+        episode = run_episode(cell, catalog, predictor, job.object, trial=job.trial, attempt=job.attempt,
+                              seed=settings.seed, watch=watch)
+        return episode.record, takes
+    camera = _Camera(takes, every)
+    done = run_trial(cell, catalog.load(job.object), predictor, trial=job.trial, attempt=job.attempt,
+                     seed=settings.seed, observer=camera)
+    camera.keep(done, predictor)
+    return done.record.to_json(), takes
+
+
+def _differences(stored: dict[str, Any], new: dict[str, Any], where: str = "") -> Iterator[str]:
+    """What two records differ in, in words; attempts of an episode one by one."""
+    for key in dict.fromkeys([*stored, *new]):
+        was, now = stored.get(key), new.get(key)
+        if dump({"": was}) == dump({"": now}):
+            continue
+        if key == "clutter" and was and now:
+            yield from _differences({k: v for k, v in was.items() if k != "attempts"},
+                                    {k: v for k, v in now.items() if k != "attempts"})
+            for number, (one, other) in enumerate(zip(was["attempts"], now["attempts"], strict=False)):
+                yield from _differences(one, other, f"attempt {number}, ")
+            if len(was["attempts"]) != len(now["attempts"]):
+                yield f"attempts: {len(was['attempts'])} in the record, {len(now['attempts'])} now"
+        else:
+            yield f"{where}{key}: {_short(was)} in the record, {_short(now)} now"
 
 
 def stored_record(folder: Path, trial: int) -> dict[str, Any]:
@@ -111,16 +162,24 @@ def stored_record(folder: Path, trial: int) -> dict[str, Any]:
     raise ResultsError(f"{folder} has no trial {trial}; {held}.")
 
 
-def settings_of(run: dict[str, Any], folder: Path, objects: Path | None) -> tuple[Settings, Catalog]:
-    """How the run's trials are done, and its objects.
+def check_attempt(stored: dict[str, Any], attempt: int) -> None:
+    """Refuse an attempt that a trial's record does not hold.
 
     Raises:
-        ResultsError: for a run of cluttered tables.
+        ResultsError: saying which it holds.
     """
+    if "clutter" not in stored:
+        raise ResultsError(f"Trial {stored['trial']} is not an episode of clutter; leave --attempt out.")
+    count = len(stored["clutter"]["attempts"])
+    if attempt >= count:
+        there = f"it has {count}, 0 to {count - 1}" if count else "it came to none"
+        raise ResultsError(f"Trial {stored['trial']} has no attempt {attempt}; {there}.")
+
+
+def settings_of(run: dict[str, Any], folder: Path, objects: Path | None) -> tuple[Settings, Catalog]:
+    """How the run's trials are done, and its objects."""
     catalog = Catalog(objects)
     scenario = parse_scenario(run["scenario"], str(folder / "run.json"))
-    if scenario.clutter is not None:
-        raise ResultsError(f"{folder} is of cluttered tables; replays are of trials on single objects only.")
     settings = Settings(scenario, catalog.folder.resolve(), run["predictor"], run["seed"], run["renderer"])
     return settings, catalog
 
@@ -131,7 +190,7 @@ def job_of(run: dict[str, Any], stored: dict[str, Any], folder: Path) -> Job:
     Raises:
         ResultsError: when the record is of another object than the run plans for its number.
     """
-    names = list(run["objects"])
+    names = tried(run)
     if not names:
         raise ResultsError(f"{folder / 'run.json'} names no objects; restore it.")
     job = spread(names, run["trials"]).job(stored["trial"])

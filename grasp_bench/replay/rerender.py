@@ -10,7 +10,7 @@ from typing import Any
 
 from grasp_bench.executors import make_executor
 from grasp_bench.jobs import Job
-from grasp_bench.media.store import faults, find, remove, wanted
+from grasp_bench.media.store import Media, faults, find, remove, wanted
 from grasp_bench.outcomes import HARNESS_FAULTS
 from grasp_bench.records import dump, scan
 from grasp_bench.replay.rebuild import job_of, settings_of
@@ -36,17 +36,23 @@ class Rerendered:
 def missing(folder: Path, mode: str) -> dict[int, dict[str, Any]]:
     """Records, by number, of the trials that ``mode`` wants pictures and clips of and that lack some.
 
-    Trials that the harness is at fault for have no pictures.
+    Tries that the harness is at fault for have no pictures. An episode is lacking where one of its attempts
+    is.
     """
     lacking = {}
     for line in scan(folder / TRIALS, unique=False):
         record = line.record
-        media = find(folder, record["trial"])
-        moved = record.get("pose") is not None
-        if wanted(mode, record["success"]) and record["outcome"] not in HARNESS_FAULTS \
-                and (media.sheet is None or (moved and media.clip is None)):
+        tries: list[tuple[int | None, dict[str, Any]]] = (
+            list(enumerate(record["clutter"]["attempts"])) if "clutter" in record else [(None, record)])
+        if any(wanted(mode, t["success"]) and t["outcome"] not in HARNESS_FAULTS
+               and _lacks(find(folder, record["trial"], number), moved=t.get("pose") is not None)
+               for number, t in tries):
             lacking[record["trial"]] = record
     return lacking
+
+
+def _lacks(media: Media, moved: bool) -> bool:
+    return media.sheet is None or (moved and media.clip is None)
 
 
 def rerender(folder: Path, mode: str, objects: Path | None = None, workers: int = 0,
@@ -67,7 +73,7 @@ def rerender(folder: Path, mode: str, objects: Path | None = None, workers: int 
     if not lacking:
         return Rerendered(0, (), {})
     settings, catalog = settings_of(run, folder, objects)
-    settings = replace(settings, media="all", folder=folder)
+    settings = replace(settings, media=mode, folder=folder)
     jobs: list[Job] = [job_of(run, record, folder) for record in lacking.values()]
     differing = []
     executor = make_executor("process", min(workers, len(jobs)))

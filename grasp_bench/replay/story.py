@@ -8,23 +8,39 @@ from collections.abc import Sequence
 import numpy as np
 
 from grasp_bench.media.recording import Moment
+from grasp_bench.media.takes import Take
 from grasp_bench.replay.rebuild import Replay
 from grasp_bench.trial import Trial
 
 
 def story(replay: Replay) -> list[str]:
-    """One sentence or two a step, in order."""
-    done, scenario = replay.done, replay.scenario
-    record = done.record
-    told = [f"Trial {record.trial}: {record.object} ({record.category}), scenario {scenario.name}, seed "
-            f"{record.seed}, predictor {replay.run['predictor']}."]
+    """One sentence or two a step, in order; of an episode, attempt after attempt."""
+    record, scenario = replay.record, replay.scenario
+    told = [f"Trial {record['trial']}: {record['object']} ({record['category']}), scenario {scenario.name}, "
+            f"seed {record['seed']}, predictor {replay.run['predictor']}."]
+    if "clutter" not in record:
+        return [*told, *(line for take in replay.takes for line in tell(take))]
+    episode = record["clutter"]
+    told.append(f"On the table: {', '.join(episode['objects'])}.")
+    for take in replay.takes:
+        attempt = episode["attempts"][take.attempt]
+        told += [f"Attempt {take.attempt}: {attempt['object']} ({attempt['category']}).", *tell(take)]
+        if attempt["removed"]:
+            told.append(f"Taken away: {', '.join(attempt['removed'])}.")
+    emptied = f"all {episode['cleared']} objects taken away" if record["success"] else record["detail"]
+    return [*told, f"Table: {record['outcome']}, {emptied}."]
+
+
+def tell(take: Take) -> list[str]:
+    """What happened in one try, from its picture to its end."""
+    done, record = take.done, take.done.record
     if done.image is None:
-        return [*told, f"Ended before there was an image: {record.outcome}. {record.detail}"]
+        return [f"Ended before there was an image: {record.outcome}. {record.detail}"]
     valid = done.image.valid.mean()
     near = float(np.percentile(done.image.depth[done.image.valid], 0.1)) if valid else math.nan
     size = done.image.intrinsics
-    told.append(f"Seen: {size.width}×{size.height} pixels, {valid:.1%} of them with a depth, the nearest at "
-                f"{1000 * near:.0f} mm.")
+    told = [f"Seen: {size.width}×{size.height} pixels, {valid:.1%} of them with a depth, the nearest at "
+            f"{1000 * near:.0f} mm."]
     if not done.grasps:
         return [*told, f"Proposed: nothing. Ended: {record.outcome}. {record.detail}"]
     best = done.grasps[0]
@@ -32,7 +48,7 @@ def story(replay: Replay) -> list[str]:
     told.append(f"Proposed: {many} at x {best.x:.1f}, y {best.y:.1f} px, {math.degrees(best.angle):.1f}°, "
                 f"{best.width:.1f} px wide, quality {best.quality:.2f}.")
     told += _motion(done)
-    told += _contact(replay.recording.moments)
+    told += _contact(take.moments[:-1])
     held = f"lifted {1000 * record.lift_height:.0f} mm and held with {record.contact_force:.0f} N a finger"
     return [*told, f"Ended: {record.outcome}, {record.detail or held}."]
 

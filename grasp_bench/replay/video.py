@@ -7,6 +7,7 @@ the optional ``imageio-ffmpeg``.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -15,15 +16,17 @@ from PIL import Image, ImageDraw
 
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.media.film import Filmer
-from grasp_bench.media.pictures import crop_for, proposed, seen
-from grasp_bench.media.recording import moment
+from grasp_bench.media.takes import Take
 from grasp_bench.replay.rebuild import Replay
+from grasp_bench.scenario import Scenario
 
 Rgb = NDArray[np.uint8]
 RATES = {".mp4": 25.0, ".webm": 25.0, ".mkv": 25.0, ".mov": 25.0, ".gif": 12.5, ".webp": 12.5}
 """Frames a second by kind of file; films run in real time."""
 INSET = 0.27
 """Edge of an inset as a share of the film's height."""
+LAST = 1.0
+"""Seconds that the last picture of a try stays."""
 
 
 def check_kind(path: Path) -> float:
@@ -45,10 +48,10 @@ def check_kind(path: Path) -> float:
 
 
 def write_film(replay: Replay, path: Path, size: tuple[int, int] = (640, 480), opengl: bool = False) -> int:
-    """Write the replay as a film; its last picture stays a second.
+    """Write the replay as a film, the attempts of an episode one after the other.
 
     Args:
-        replay: of a trial that was seen at least.
+        replay: of a trial that was seen at least; of an episode, its attempts that were are filmed.
         path: file to write; its ending says which kind.
         size: width and height in pixels, even numbers.
         opengl: draw with OpenGL; see :class:`~grasp_bench.media.film.Filmer`.
@@ -61,41 +64,42 @@ def write_film(replay: Replay, path: Path, size: tuple[int, int] = (640, 480), o
             written, or a file that cannot be written.
     """
     rate = check_kind(path)
-    frames = list(_frames(replay, rate, size, opengl))
-    frames += [frames[-1]] * round(rate)
+    frames = _frames(replay, rate, size, opengl)
     try:
         if path.suffix.lower() in (".gif", ".webp"):
-            _write_pillow(frames, path, rate)
-        else:
-            _write_ffmpeg(frames, path, rate)
+            return _write_pillow(frames, path, rate)
+        return _write_ffmpeg(frames, path, rate, size)
     except OSError as error:
         raise GraspBenchError(f"{path} cannot be written ({error}).") from error
-    return len(frames)
 
 
 def _frames(replay: Replay, rate: float, size: tuple[int, int], opengl: bool) -> Iterator[Rgb]:
-    done = replay.done
-    if done.world is None or done.image is None:
-        raise GraspBenchError(f"Trial {done.record.trial} ended before there was an image "
-                              f"({done.record.outcome}); there is nothing to show.")
-    record = done.record
-    crop = crop_for(done.image, [] if record.grasp is None else [record.grasp])
-    maps = getattr(replay.predictor, "last_maps", None)
-    origin = getattr(replay.predictor, "crop_origin", (0, 0))
-    insets = {"seen": seen(done.image, crop, record.grasp),
-              "proposed": proposed(done.image, crop, done.grasps, record.grasp, maps, origin)}
-    moments = replay.recording.moments
-    start = moments[0].time if moments else 0.0
-    due = start
-    caption = f"{record.object}, trial {record.trial}"
-    with Filmer(done.world.model, replay.scenario, size, opengl=opengl) as filmer:
-        for m in moments:
+    """One try after the other; the end of each is shown for a while."""
+    seen = [t for t in replay.takes if t.done.image is not None and t.done.world is not None]
+    if not seen:
+        raise GraspBenchError(f"Trial {replay.record['trial']} ended before there was an image "
+                              f"({replay.record['outcome']}); there is nothing to show.")
+    for take in seen:
+        yield from _try(take, replay.scenario, rate, size, opengl)
+
+
+def _try(take: Take, scenario: Scenario, rate: float, size: tuple[int, int], opengl: bool) -> Iterator[Rgb]:
+    done, record = take.done, take.done.record
+    assert done.world is not None
+    shown = take.pictures()
+    insets = {name: shown[name] for name in ("seen", "proposed")}
+    caption = f"{record.object}, {take.name}"
+    *before, end = take.moments
+    due = take.start
+    with Filmer(done.world.model, scenario, size, opengl=opengl) as filmer:
+        for m in before:
             if m.time >= due - 1e-9:
                 due += 1 / rate
-                yield _compose(filmer.shoot(m.qpos), insets, f"{caption}   {m.time - start:.1f} s")
-        end = moment(done.world)
-        text = f"{caption}   {end.time - start:.1f} s   {record.outcome}"
-        yield _compose(filmer.shoot(end.qpos), insets, text)
+                yield _compose(filmer.shoot(m.qpos), insets, f"{caption}   {m.time - take.start:.1f} s")
+        text = f"{caption}   {end.time - take.start:.1f} s   {record.outcome}"
+        last = _compose(filmer.shoot(end.qpos), insets, text)
+    for _ in range(1 + round(rate * LAST)):
+        yield last
 
 
 def _compose(frame: Rgb, insets: dict[str, Rgb], caption: str) -> Rgb:
@@ -117,21 +121,27 @@ def _label(draw: ImageDraw.ImageDraw, at: tuple[int, int], text: str) -> None:
     draw.text(at, text, fill="white")
 
 
-def _write_pillow(frames: list[Rgb], path: Path, rate: float) -> None:
+def _write_pillow(frames: Iterator[Rgb], path: Path, rate: float) -> int:
+    """The number of pictures, which are all held in memory until they are written."""
     first, *others = (Image.fromarray(f) for f in frames)
     if path.suffix.lower() == ".gif":
         first, *others = (i.quantize(64) for i in (first, *others))
     first.save(path, save_all=True, append_images=others, duration=round(1000 / rate), loop=0, quality=55)
+    return 1 + len(others)
 
 
-def _write_ffmpeg(frames: list[Rgb], path: Path, rate: float) -> None:
+def _write_ffmpeg(frames: Iterator[Rgb], path: Path, rate: float, size: tuple[int, int]) -> int:
+    """The number of pictures, each of which is written as it is drawn."""
     import imageio_ffmpeg
 
-    height, width = frames[0].shape[:2]
-    writer = imageio_ffmpeg.write_frames(str(path), (width, height), fps=rate, macro_block_size=2)
+    first = next(frames)  # raises where there is nothing to show, before a file is begun
+    writer = imageio_ffmpeg.write_frames(str(path), size, fps=rate, macro_block_size=2)
     writer.send(None)
+    count = 0
     try:
-        for frame in frames:
+        for frame in chain([first], frames):
             writer.send(np.ascontiguousarray(frame))
+            count += 1
     finally:
         writer.close()
+    return count

@@ -5,9 +5,16 @@ from __future__ import annotations
 import os
 import sys
 import time
+from typing import Any
+
+import mujoco
 
 from grasp_bench.errors import GraspBenchError
+from grasp_bench.media.takes import Take
 from grasp_bench.replay.rebuild import Replay
+
+PAUSE = 1.0
+"""Seconds that the end is shown before what follows."""
 
 
 def check_display() -> None:
@@ -24,26 +31,40 @@ def check_display() -> None:
 def show(replay: Replay) -> None:
     """Play the trial again and again until the window is closed.
 
+    A window holds one world, and each attempt of an episode has its own: they are played in one window after
+    the other, once each.
+
     Raises:
         GraspBenchError: when no window can be opened, or nothing moved.
     """
     check_display()
-    import mujoco
     import mujoco.viewer
 
-    world, moments = replay.done.world, replay.recording.moments
-    if world is None or not moments:
-        raise GraspBenchError(f"In trial {replay.done.record.trial} nothing moved "
-                              f"({replay.done.record.outcome}); there is nothing to play.")
-    data = mujoco.MjData(world.model)
-    with mujoco.viewer.launch_passive(world.model, data) as window:
-        while window.is_running():
-            began, start = time.monotonic(), moments[0].time
-            for m in moments:
-                if not window.is_running():
-                    return
-                data.qpos[:], data.qvel[:], data.time = m.qpos, m.qvel, m.time
-                mujoco.mj_forward(world.model, data)
-                window.sync()
-                time.sleep(max(0.0, m.time - start - (time.monotonic() - began)))
-            time.sleep(1.0)
+    takes = [t for t in replay.takes if t.moved]
+    if not takes:
+        raise GraspBenchError(f"In trial {replay.record['trial']} nothing moved "
+                              f"({replay.record['outcome']}); there is nothing to play.")
+    for take in takes:
+        world = take.done.world
+        assert world is not None
+        data = mujoco.MjData(world.model)
+        with mujoco.viewer.launch_passive(world.model, data) as window:
+            while play(window, take, world.model, data):
+                if len(takes) > 1:
+                    break
+            else:
+                return
+
+
+def play(window: Any, take: Take, model: mujoco.MjModel, data: mujoco.MjData) -> bool:
+    """Play a take once, in real time; whether the window is still open."""
+    began = time.monotonic()
+    for m in take.moments:
+        if not window.is_running():
+            return False
+        data.qpos[:], data.qvel[:], data.time = m.qpos, m.qvel, m.time
+        mujoco.mj_forward(model, data)
+        window.sync()
+        time.sleep(max(0.0, m.time - take.start - (time.monotonic() - began)))
+    time.sleep(PAUSE)
+    return window.is_running()

@@ -15,7 +15,7 @@ from grasp_bench.errors import GraspBenchError, ResultsError
 from grasp_bench.identity import IDENTITY, ORIGIN, differences, listed
 from grasp_bench.jobs import WHOLE, Jobs, Shard, spread
 from grasp_bench.records import dump, scan
-from grasp_bench.results import RUN, TIMINGS, TRIALS, RunFolder, join, load_run, write_synced
+from grasp_bench.results import RUN, TIMINGS, TRIALS, RunFolder, join, load_run, tried, write_synced
 
 MOST_TRIALS = 100_000_000
 
@@ -60,7 +60,7 @@ def merge(out: Path, shards: list[Path], partial: bool = False) -> Merged:
     if not runs[0]["objects"] or not 0 < runs[0]["trials"] <= MOST_TRIALS:
         raise ResultsError(f"{shards[0] / RUN} is damaged (it plans {runs[0]['trials']} trials on "
                            f"{len(runs[0]['objects'])} objects).")
-    jobs = spread(list(runs[0]["objects"]), runs[0]["trials"])
+    jobs = spread(tried(runs[0]), runs[0]["trials"])
     owner, repeated = _collect(shards, runs, jobs)
     missing = np.flatnonzero(owner < 0)
     if len(missing) and not partial:

@@ -33,8 +33,6 @@ def render_missing(folders: list[Path], mode: str, objects: Path | None) -> None
     from grasp_bench.replay.rerender import missing, rerender
 
     for folder in folders:
-        if load_run(folder)["scenario"].get("clutter"):
-            continue
         count = len(missing(folder, mode))
         if count == 0:
             continue

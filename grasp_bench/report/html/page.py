@@ -19,7 +19,7 @@ from grasp_bench.report import breakdown
 from grasp_bench.report.clutter import attempts_in_words, in_words
 from grasp_bench.report.compare import compare_all
 from grasp_bench.report.html import figures
-from grasp_bench.report.html.trials import Embedded, embed, rows_of
+from grasp_bench.report.html.trials import Embedded, embed, rows_of, tries_of
 from grasp_bench.report.table4 import build_report
 from grasp_bench.runs import Run
 
@@ -29,8 +29,8 @@ SIZE_LIMIT = 15 * MEGABYTE
 """Size of the file that pictures are left out for [bytes]."""
 
 
-PER_TRIAL = 128
-"""Bytes around a trial's pictures in the page."""
+PER_TRY = 128
+"""Bytes around the pictures of a trial, or of an attempt of an episode, in the page."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,8 @@ def render(runs: list[Run], root: Path | None, catalog: Catalog, limit: int) -> 
                   f"script-src {_hash(script)} {_hash(plotly)}"}
     template = _environment().get_template("report.html.j2")
     bare = template.render(context, embedded=Embedded({}, 0, 0))
-    embedded = embed(runs, rows, limit - len(bare.encode()) - PER_TRIAL * len(rows))
+    tries = sum(len(tries_of(row)) for row in rows)
+    embedded = embed(runs, rows, limit - len(bare.encode()) - PER_TRY * tries)
     return template.render(context, embedded=embedded), embedded, len(rows)
 
 

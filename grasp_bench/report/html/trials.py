@@ -16,32 +16,53 @@ from grasp_bench.runs import Run
 def rows_of(index: int, run: Run, facts: dict[str, dict[str, Any]]) -> list[dict[str, Any]]:
     """One dictionary a trial of the run at position ``index``, without what a trial has not.
 
-    Lengths are in millimetres, angles in degrees: what people read.
+    Lengths are in millimetres, angles in degrees: what people read. An episode of clutter has
+    such a dictionary for each of its ``attempts``.
     """
     seconds = {t["trial"]: sum(v for k, v in t.items() if k != "trial") for t in iter_timings(run.folder)}
     rows = []
     for record in load_trials(run.folder).to_dict("records"):
-        grasp, pose, error = (_part(record, k) for k in ("grasp", "pose", "tcp_error"))
-        known = facts.get(str(record["object"]), {})
-        row: dict[str, Any] = {
-            "run": index, "trial": int(record["trial"]), "object": record["object"],
-            "category": record["category"], "outcome": record["outcome"], "success": bool(record["success"]),
-            "detail": record.get("detail") or None, "family": known.get("family"),
-            "mass": _scaled(known.get("mass"), 1000, 1), "size": _scaled(known.get("size"), 1000, 1),
-            "rank": record.get("rank"), "lift": _scaled(record.get("lift_height"), 1000, 1),
-            "force": _scaled(record.get("contact_force"), 1, 2), "steps": record.get("sim_steps"),
-            "seconds": _scaled(seconds.get(record["trial"]), 1, 3)}
-        if grasp:
-            row |= {"quality": grasp["quality"], "x": grasp["x"], "y": grasp["y"], "width": grasp["width"],
-                    "angle": round(degrees(grasp["angle"]), 2)}
-        if pose:
-            row |= {"position": [round(1000 * p, 2) for p in pose["position"]],
-                    "opening": _scaled(pose["opening"], 1000, 2)}
-        if error:
-            row |= {"tcp_mm": _scaled(error["position"], 1000, 3),
-                    "tcp_deg": round(degrees(error["angle"]), 3)}
-        rows.append({k: v for k, v in row.items() if v is not None and v == v})
+        row = {"run": index, "trial": int(record["trial"]), **_numbers(record, facts),
+               "seconds": _scaled(seconds.get(record["trial"]), 1, 3)}
+        episode = _part(record, "clutter")
+        if episode:
+            row |= {"objects": episode["objects"], "cleared": episode["cleared"],
+                    "attempts": [_known(_numbers(a, facts) | {"removed": a.get("removed") or None})
+                                 for a in episode["attempts"]]}
+        rows.append(_known(row))
     return rows
+
+
+def _numbers(record: dict[Any, Any], facts: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """What is shown of one try; None for what it did not come to."""
+    grasp, pose, error = (_part(record, k) for k in ("grasp", "pose", "tcp_error"))
+    known = facts.get(str(record.get("object")), {})
+    row: dict[str, Any] = {
+        "object": record.get("object"), "category": record.get("category"), "outcome": record["outcome"],
+        "success": bool(record["success"]), "detail": record.get("detail") or None,
+        "family": known.get("family"),
+        "mass": _scaled(known.get("mass"), 1000, 1), "size": _scaled(known.get("size"), 1000, 1),
+        "rank": record.get("rank"), "lift": _scaled(record.get("lift_height"), 1000, 1),
+        "force": _scaled(record.get("contact_force"), 1, 2), "steps": record.get("sim_steps")}
+    if grasp:
+        row |= {"quality": grasp["quality"], "x": grasp["x"], "y": grasp["y"], "width": grasp["width"],
+                "angle": round(degrees(grasp["angle"]), 2)}
+    if pose:
+        row |= {"position": [round(1000 * p, 2) for p in pose["position"]],
+                "opening": _scaled(pose["opening"], 1000, 2)}
+    if error:
+        row |= {"tcp_mm": _scaled(error["position"], 1000, 3), "tcp_deg": round(degrees(error["angle"]), 3)}
+    return row
+
+
+def _known(row: dict[str, Any]) -> dict[str, Any]:
+    """A row without what is None, or NaN as pandas has it."""
+    return {k: v for k, v in row.items() if v is not None and v == v}
+
+
+def tries_of(row: dict[str, Any]) -> list[tuple[int | None, dict[str, Any]]]:
+    """The tries that a trial's row tells of, with their numbers: itself (None), or an episode's attempts."""
+    return list(enumerate(row["attempts"])) if "attempts" in row else [(None, row)]
 
 
 def _part(record: dict[str, Any], key: str) -> dict[str, Any] | None:
@@ -59,12 +80,13 @@ class Embedded:
     """Pictures to put into the page.
 
     Attributes:
-        media: by position of the run and trial number: base64 of ``sheet`` and ``clip``.
+        media: by a try's name in the page (``0-17`` is trial 17 of the first run, ``0-17-2`` its third
+            attempt): base64 of ``sheet`` and ``clip``.
         found: number of pictures and clips there are.
         left_out: how many of them did not fit.
     """
 
-    media: dict[tuple[int, int], dict[str, str]]
+    media: dict[str, dict[str, str]]
     found: int
     left_out: int
 
@@ -74,14 +96,16 @@ def embed(runs: list[Run], rows: list[dict[str, Any]], budget: int) -> Embedded:
 
     Failures come first, their sheets before their clips; runs take turns.
     """
-    queue: list[tuple[dict[str, Any], str]] = []
+    tries = [(row["run"], row["trial"], number, one["success"])
+             for row in rows for number, one in tries_of(row)]
+    queue: list[tuple[int, int, int | None, str]] = []
     for success, kind in ((False, "sheet"), (False, "clip"), (True, "sheet"), (True, "clip")):
-        by_run = [[r for r in rows if r["run"] == i and r["success"] is success] for i in range(len(runs))]
-        queue += [(r, kind) for turn in zip_longest(*by_run) for r in turn if r is not None]
-    media: dict[tuple[int, int], dict[str, str]] = {}
+        by_run = [[t for t in tries if t[0] == i and t[3] is success] for i in range(len(runs))]
+        queue += [(t[0], t[1], t[2], kind) for turn in zip_longest(*by_run) for t in turn if t is not None]
+    media: dict[str, dict[str, str]] = {}
     found = left_out = 0
-    for row, kind in queue:
-        path = getattr(find(runs[row["run"]].folder, row["trial"]), kind)
+    for run, trial, number, kind in queue:
+        path = getattr(find(runs[run].folder, trial, number), kind)
         if path is None:
             continue
         found += 1
@@ -90,5 +114,6 @@ def embed(runs: list[Run], rows: list[dict[str, Any]], budget: int) -> Embedded:
             left_out += 1
             continue
         budget -= size
-        media.setdefault((row["run"], row["trial"]), {})[kind] = base64.b64encode(path.read_bytes()).decode()
+        name = f"{run}-{trial}" if number is None else f"{run}-{trial}-{number}"
+        media.setdefault(name, {})[kind] = base64.b64encode(path.read_bytes()).decode()
     return Embedded(media, found, left_out)

@@ -91,8 +91,7 @@
 
   // ------------------------------------------------------------ pictures
   const urls = new Map();
-  const picture = (trial, kind) => {
-    const key = `${trial.run}-${trial.trial}`;
+  const picture = (key, kind) => {
     const name = `${key}-${kind}`;
     if (!urls.has(name)) {
       const store = $(`media-${key}`);
@@ -101,12 +100,19 @@
     }
     return urls.get(name);
   };
+  // A trial is one try; an episode of clutter has several.
+  const triesOf = (t) => t.attempts?.map((a, i) => [`${t.run}-${t.trial}-${i}`, a]) ?? [[`${t.run}-${t.trial}`, t]];
+  const sheetOf = (t) => {
+    const keys = triesOf(t).map(([key]) => key);
+    if (!t.success) keys.reverse();   // what a table was given up for is its last attempt
+    return keys.map((key) => picture(key, "sheet")).find(Boolean) ?? null;
+  };
   const lazy = new IntersectionObserver((entries) => {
     for (const { target, isIntersecting } of entries) {
       if (!isIntersecting) continue;
       lazy.unobserve(target);
       const trial = byKey.get(target.dataset.key);
-      const url = picture(trial, "sheet");
+      const url = sheetOf(trial);
       if (!url) { target.textContent = "no picture"; continue; }
       const alt = `${trial.object}: what was seen, its depth, the proposed grasps, and the end`;
       target.replaceChildren(element("img", { src: url, alt, decoding: "async" }));
@@ -153,7 +159,7 @@
     shown = trials.filter((t) => (run === "" || t.run === Number(run))
       && (outcome === "" || (outcome === "*" ? !t.success : `=${t.outcome}` === outcome))
       && (family === "" || `=${t.family}` === family)
-      && words.every((w) => `${t.object} ${t.category} ${t.detail ?? ""} ${t.outcome} ${runs[t.run].name}`
+      && words.every((w) => `${t.object} ${(t.objects ?? []).join(" ")} ${t.category} ${t.detail ?? ""} ${t.outcome} ${runs[t.run].name}`
         .toLowerCase().includes(w)))
       .map((t) => [key(t), t]).sort((a, b) => compare(a[0], b[0])).map(([, t]) => t);
   };
@@ -204,13 +210,38 @@
   ];
   let open = null;
   const still = matchMedia("(prefers-reduced-motion: reduce)");
-  const setClip = (playing) => {
-    const url = playing ? picture(open, "clip") : null;
-    if (url) $("clip").src = url; else $("clip").removeAttribute("src");
-    $("clip").alt = playing ? `Clip of the trial on ${open.object}` : "The clip is stopped";
-    $("play").textContent = playing ? "Stop" : "Play";
+  const tryOn = (key, t, title, what) => {
+    const made = $("try").content.cloneNode(true).firstElementChild;
+    const part = (name) => made.querySelector(name);
+    part(".try-title").textContent = title;
+    part(".try-title").hidden = part(".try-outcome").hidden = !title;
+    part(".try-outcome").replaceChildren(badge(t.outcome), t.detail ? `: ${t.detail}` : "",
+      t.removed ? `; taken away: ${t.removed.join(", ")}` : "");
+    part(".numbers-title").hidden = Boolean(title);
+    const sheet = picture(key, "sheet"), clip = picture(key, "clip");
+    part(".sheet-figure").hidden = !sheet;
+    part(".clip-figure").hidden = !clip;
+    part(".no-media").hidden = Boolean(sheet || clip);
+    part(".no-media").textContent = `No picture of this ${what} is in this file.`;
+    if (sheet) {
+      part(".sheet img").src = sheet;
+      part(".sheet img").alt = `Four pictures of the ${what} on ${t.object}`;
+    }
+    const shown = part(".clip"), button = part(".play");
+    const setClip = (playing) => {
+      if (playing && clip) shown.src = clip; else shown.removeAttribute("src");
+      shown.alt = playing ? `Clip of the ${what} on ${t.object}` : "The clip is stopped";
+      button.textContent = playing ? "Stop" : "Play";
+      if (title) button.setAttribute("aria-label", `${button.textContent} the clip of ${title}`);
+    };
+    button.addEventListener("click", () => setClip(button.textContent === "Play"));
+    part(".clip-figure figcaption span").textContent = `The ${what}, two and a half times as fast.`;
+    setClip(!still.matches);
+    part(".numbers").replaceChildren(...NUMBERS.filter(([name]) => t[name] !== undefined).map(
+      ([name, label, unit = ""]) => element("div", {}, element("dt", {}, label),
+        element("dd", {}, `${Array.isArray(t[name]) ? t[name].join(", ") : t[name]}${unit}`))));
+    return made;
   };
-  $("play").addEventListener("click", () => setClip($("play").textContent === "Play"));
   const steer = (id, trial) => {
     $(id).hidden = !trial;
     if (trial) $(id).href = link(trial);
@@ -229,19 +260,12 @@
     const name = runs[t.run].name;
     $("trial-title").textContent = `${t.object}: trial ${t.trial} of ${name}`;
     $("trial-outcome").replaceChildren(badge(t.outcome), t.detail ? `: ${t.detail}` : "");
-    const sheet = picture(t, "sheet"), clip = picture(t, "clip");
-    $("sheet-figure").hidden = !sheet;
-    $("clip-figure").hidden = !clip;
-    $("no-media").hidden = Boolean(sheet || clip);
-    $("no-media").textContent = "No picture of this trial is in this file.";
-    if (sheet) {
-      $("sheet").src = sheet;
-      $("sheet").alt = `Four pictures of the trial on ${t.object}`;
-    }
-    if (clip) setClip(!still.matches);
-    $("numbers").replaceChildren(...NUMBERS.filter(([key]) => t[key] !== undefined).map(([key, title, unit = ""]) =>
-      element("div", {}, element("dt", {}, title),
-        element("dd", {}, `${Array.isArray(t[key]) ? t[key].join(", ") : t[key]}${unit}`))));
+    $("on-table").hidden = $("replay-attempt").hidden = !t.attempts;
+    $("on-table").textContent = t.attempts
+      ? `On the table: ${t.objects.join(", ")}. Taken away: ${t.cleared} of ${t.objects.length}`
+        + `${t.seconds === undefined ? "" : `, in ${t.seconds} s of wall time`}.` : "";
+    $("tries").replaceChildren(...triesOf(t).map(([key, one], i) =>
+      tryOn(key, one, t.attempts ? `Attempt ${i}: ${one.object}` : "", t.attempts ? "attempt" : "trial")));
     const others = sameElsewhere(t);
     $("others").replaceChildren(...(others.length ? others.map((o) => item(o, runs[o.run].name))
       : [element("li", {}, "none in this report")]));
@@ -270,7 +294,7 @@
     $("trial").hidden = true;
     document.title = title;
     if (left) {
-      $("clip").removeAttribute("src");
+      $("tries").replaceChildren();
       const target = $(location.hash.slice(1)) ?? $("top");
       target.scrollIntoView();
       const card = [...$("grid").querySelectorAll("a")].find((a) => a.getAttribute("href") === link(left));

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,8 @@ import pytest
 
 from grasp_bench.cli import main
 from grasp_bench.errors import PredictorError, ResultsError, UnknownNameError
-from grasp_bench.predictors import BUILT_IN, installed, load_predictor
+from grasp_bench.integrity import sha256
+from grasp_bench.predictors import BUILT_IN, identity, installed, load_predictor
 from grasp_bench.predictors.identity import identify
 from grasp_bench.runner import Settings, run, spread
 
@@ -124,6 +125,26 @@ def test_a_module_is_identified_by_its_file_and_its_neighbours(
     assert after is not None
     assert after["files"]["mine.py"] == before["files"]["mine.py"]
     assert after["files"]["helpers.py"] != before["files"]["helpers.py"]
+
+
+def test_a_neighbour_that_vanishes_does_not_count_but_the_predictors_own_file_must_be_there(
+        site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write(site)
+
+    def vanishing(name: str) -> Callable[[Path], str]:
+        def read(path: Path) -> str:
+            if path.name == name:  # between being found and being read
+                path.unlink()
+            return sha256(path)
+        return read
+
+    monkeypatch.setattr(identity, "sha256", vanishing("helpers.py"))
+    facts = identify("mine:Mine")
+    assert facts is not None
+    assert list(facts["files"]) == ["mine.py"]
+    monkeypatch.setattr(identity, "sha256", vanishing("mine.py"))
+    with pytest.raises(PredictorError, match=r"mine\.py, a file of mine, cannot be read"):
+        identify("mine:Mine")
 
 
 def test_a_module_of_a_package_is_identified_by_the_packages_files(site: Path) -> None:

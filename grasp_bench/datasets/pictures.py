@@ -33,11 +33,18 @@ def sample_sheet(folder: Path, count: int, out: Path) -> list[str]:
         scenes = list(RealScenes(collection, _spread(len(collection.entries), count), CROP))
     if not scenes:
         raise AssetError(f"{folder} holds no scene yet; generate some with `grasp-bench data synth`.")
-    strips = [_strip(scene, scene.name) for scene in scenes]
-    if len(strips) > 1:  # two scenes a row
-        strips = [np.hstack(pair) for pair in zip(strips[::2], strips[1::2], strict=False)]
-    cv2.imwrite(str(out), np.vstack(strips)[..., ::-1])
+    sheet = two_a_row([_strip(scene, scene.name) for scene in scenes])
+    cv2.imwrite(str(out), sheet[..., ::-1])
     return [scene.name for scene in scenes]
+
+
+def two_a_row(strips: list[NDArray[np.uint8]]) -> NDArray[np.uint8]:
+    """Strips of one shape, two in each row; white where the last row has but one, and one alone as it is."""
+    if len(strips) == 1:
+        return strips[0]
+    if len(strips) % 2:
+        strips = [*strips, np.full_like(strips[0], 255)]
+    return np.vstack([np.hstack(pair) for pair in zip(strips[::2], strips[1::2], strict=True)])
 
 
 def _spread(number: int, count: int) -> list[int]:

@@ -88,7 +88,11 @@ def describe(name: str, predictor: object) -> dict[str, Any]:
 def sources(module_name: str) -> dict[str, str]:
     """SHA-256 by relative path of a module's file and of the modules of its folder that it has imported.
 
-    A module of an installed package does not count its neighbours: its distribution's version does.
+    A module of an installed package does not count its neighbours: its distribution's version does. Nor do
+    neighbours count whose files vanish meanwhile: libraries load modules from temporary folders.
+
+    Raises:
+        PredictorError: when the module's own file is missing, or one cannot be read.
     """
     module = sys.modules.get(module_name)
     file = getattr(module, "__file__", None)
@@ -96,7 +100,8 @@ def sources(module_name: str) -> dict[str, str]:
         return {}
     # A package's modules are its neighbours wherever among them the class is.
     folder = Path(file).resolve().parents[module_name.count(".") + (Path(file).name == "__init__.py")]
-    found = {Path(file).resolve()}
+    own = Path(file).resolve()
+    found = {own}
     for name, other in list(sys.modules.items()):
         path = str(getattr(other, "__file__", None))
         if name.partition(".")[0] in ("grasp_bench", "__main__") or not path.endswith(".py") or (
@@ -105,7 +110,16 @@ def sources(module_name: str) -> dict[str, str]:
         neighbour = Path(path).resolve()
         if neighbour.is_relative_to(folder) and neighbour.is_file():  # some modules name no real file
             found.add(neighbour)
-    return {path.relative_to(folder).as_posix(): sha256(path) for path in sorted(found)}
+    hashes: dict[str, str] = {}
+    for path in sorted(found):
+        try:
+            hashes[path.relative_to(folder).as_posix()] = sha256(path)
+        except OSError as error:
+            if path != own and isinstance(error, FileNotFoundError):
+                continue
+            raise PredictorError(f"{path}, a file of {module_name}, cannot be read ({error.strerror}); "
+                                 "restore it.") from error
+    return hashes
 
 
 def _plain(name: str, info: Any) -> Any:

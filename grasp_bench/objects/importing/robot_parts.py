@@ -103,7 +103,7 @@ def piece_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int, files: MeshF
     Raises:
         RefusedError: for a kind of geom that is no solid.
     """
-    kind, size = model.geom_type[geom], model.geom_size[geom]
+    kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom]
     rgb = model.geom_rgba[geom, :3] if model.geom_matid[geom] < 0 else \
         model.mat_rgba[model.geom_matid[geom], :3]
     rotation, position = data.geom_xmat[geom].reshape(3, 3), data.geom_xpos[geom]
@@ -133,7 +133,7 @@ def piece_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int, files: MeshF
     return Piece(vertices @ rotation.T + position, faces, paint, collides)
 
 
-def _primitive(kind: int, size: Floats) -> trimesh.Trimesh:
+def _primitive(kind: mujoco.mjtGeom, size: Floats) -> trimesh.Trimesh:
     shapes = mujoco.mjtGeom
     if kind == shapes.mjGEOM_BOX:
         return trimesh.creation.box(2 * size)
@@ -146,4 +146,4 @@ def _primitive(kind: int, size: Floats) -> trimesh.Trimesh:
     if kind == shapes.mjGEOM_CAPSULE:
         ball = trimesh.creation.uv_sphere(size[0], count=(8, 16)).vertices
         return trimesh.convex.convex_hull(np.vstack([ball + [0, 0, size[1]], ball - [0, 0, size[1]]]))
-    raise RefusedError(f"a geom of type {mujoco.mjtGeom(kind).name[7:].lower()} is not a solid part")
+    raise RefusedError(f"a geom of type {kind.name[7:].lower()} is not a solid part")

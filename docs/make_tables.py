@@ -8,6 +8,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from grasp_bench.evaluation.bench import compare, read_evaluations, run_folders, tables
+from grasp_bench.evaluation.text import markdown
 from grasp_bench.leaderboard.page import as_markdown as as_leaderboard
 from grasp_bench.leaderboard.rows import load_row
 from grasp_bench.report.table4 import build_report
@@ -28,10 +30,11 @@ def replace(path: Path, marker: str, text: str) -> None:
 
 def main() -> None:
     reference = ROOT / "results" / "reference"
-    markdown = as_markdown(build_report(find_runs(reference), reference))
-    table, _, rest = markdown.partition("\n### ")
+    text = as_markdown(build_report(find_runs(reference), reference))
+    table, _, rest = text.partition("\n### ")
     replace(ROOT / "README.md", "table4", table.replace("## Table 4, re-measured\n", ""))
-    replace(ROOT / "docs" / "results.md", "table4", table.replace("## Table 4, re-measured\n", ""))
+    compared, evaluations = compare(run_folders(reference)), read_evaluations(ROOT / "results" / "evaluation")
+    replace(ROOT / "docs" / "results.md", "measured", markdown(tables(compared, evaluations)))
     replace(ROOT / "docs" / "results.md", "runs", "### " + rest)
     replace(ROOT / "docs" / "leaderboard.md", "leaderboard", leaderboard())
 

@@ -72,7 +72,7 @@ class GraspField:
     top: Floats
 
 
-def analyse(field: HeightField, yaws: NDArray[np.float64] = YAWS, chunk: int = 4000) -> GraspField:
+def analyse(field: HeightField, yaws: NDArray[np.float64] = YAWS, chunk: int = 2000) -> GraspField:
     """Best grasp on every cell of ``field`` over all ``yaws``."""
     h = field.heights
     solid = h > TABLE_NOISE
@@ -100,39 +100,41 @@ def grasps_at(field: HeightField, rows: NDArray[np.intp], columns: NDArray[np.in
 
 def _score(h: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], yaw: float,
            field: HeightField) -> dict[str, Floats]:
-    """Quality, opening, tip and top of grasps at cells of the padded height field ``h``."""
+    """Quality, opening, tip and top of grasps at cells of the padded height field ``h``.
+
+    Grasps (N) are the last axis of all arrays: what is reduced are short axes, over long contiguous rows.
+    """
     cos, sin = np.cos(yaw), np.sin(yaw)
     a, b = np.meshgrid(ALONG, ACROSS)  # (B, A)
     dc = np.rint((a * cos - b * sin) / CELL).astype(np.intp)
     dr = np.rint((a * sin + b * cos) / CELL).astype(np.intp)
-    patch = h.ravel()[(rows * h.shape[1] + columns)[:, None, None] + (dr * h.shape[1] + dc)]  # (N, B, A)
+    patch = h.ravel().take((dr * h.shape[1] + dc)[..., None] + (rows * h.shape[1] + columns))  # (B, A, N)
 
     # Ground under both fingers for each symmetric opening.
-    profile = patch.max(axis=1)
+    profile = patch.max(axis=0)
     width = round(FINGER / CELL)
-    ground = np.stack([np.maximum(profile[:, _near(e):_near(e) + width].max(1),
-                                  profile[:, _near(-e) - width + 1:_near(-e) + 1].max(1))
-                       for e in HALF_OPENINGS.tolist()], axis=1)  # (N, E)
+    ground = np.stack([np.maximum(profile[_near(e):_near(e) + width].max(0),
+                                  profile[_near(-e) - width + 1:_near(-e) + 1].max(0))
+                       for e in HALF_OPENINGS.tolist()])  # (E, N)
     ground = np.where(ground > TABLE_NOISE, ground + CLEARANCE, 0)
-    inner = np.stack([profile[:, _near(-e) + 1:_near(e)].max(1) for e in HALF_OPENINGS.tolist()], axis=1)
+    inner = np.stack([profile[_near(-e) + 1:_near(e)].max(0) for e in HALF_OPENINGS.tolist()])
     tip = np.maximum(np.maximum(inner - INSERTION, CLEARANCE), ground)
     free = inner - tip >= LEAST_INSERTION
     depth = np.where(free, inner - tip, 0)
     # The smallest opening that reaches nearly as deep as any, then a little wider if that is free.
-    enough = depth >= np.maximum(0.9 * depth.max(1, keepdims=True), LEAST_INSERTION)
-    first = np.argmax(enough, axis=1)
-    index = first
+    enough = depth >= np.maximum(0.9 * depth.max(0), LEAST_INSERTION)
+    feasible = enough.any(0)
+    first = np.where(feasible, _first(enough, 0), 0).astype(np.intp)
+    index, n = first, np.arange(len(rows))
     for extra in (1, 2, 3):
         wider = np.minimum(first + extra, len(HALF_OPENINGS) - 1)
-        same = enough[np.arange(len(rows)), wider] & (index == np.maximum(wider - 1, first))
+        same = enough[wider, n] & (index == np.maximum(wider - 1, first))
         index = np.where(same, wider, index)
-    n = np.arange(len(rows))
-    feasible = enough.any(1)
-    e, tips, tops = HALF_OPENINGS[index], tip[n, index], inner[n, index]
+    e, tips, tops = HALF_OPENINGS[index], tip[index, n], inner[index, n]
 
-    inside = np.abs(ALONG)[None] < e[:, None]  # (N, A)
-    low = (patch > (tips + 0.002)[:, None, None]) & inside[:, None]
-    high = (patch > (np.minimum(tips + 0.007, tops - 0.001))[:, None, None]) & inside[:, None]
+    inside = np.abs(ALONG)[:, None] < e  # (A, N)
+    low = (patch > tips + 0.002) & inside
+    high = (patch > np.minimum(tips + 0.007, tops - 0.001)) & inside
     left, left_at, left_spread = _edge(low, +1)
     right, right_at, right_spread = _edge(low, -1)
     high_left, *_ = _edge(high, +1)
@@ -151,7 +153,7 @@ def _score(h: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], yaw: fl
     y = field.origin[1] + (rows - 30) * CELL - field.centre_of_mass[1]
     room = np.clip((e + left) / 0.003, 0.5, 1) * np.clip((e - right) / 0.003, 0.5, 1)
     quality = twist * torsion * lean * centred * area * bite * balance(np.stack([x, y], axis=-1)) * room
-    quality = np.where(feasible & low.any(axis=(1, 2)) & (right > left), quality, 0)
+    quality = np.where(feasible & low.any(axis=(0, 1)) & (right > left), quality, 0)
     return {"quality": quality.astype(np.float32), "opening": (2 * e).astype(np.float32),
             "tip": tips.astype(np.float32), "top": tops.astype(np.float32),
             "yaw": np.full(len(rows), yaw, np.float32)}
@@ -192,21 +194,30 @@ def _edge(mask: NDArray[np.bool_], side: int) -> tuple[Floats, Floats, Floats]:
     """Outermost material of each grasp, seen by one finger.
 
     Args:
-        mask: (N, B, A) material between the jaws.
+        mask: (B, A, N) material between the jaws.
         side: +1 for the finger coming from negative positions, −1 for the other.
 
     Returns:
         Position of the contact along the jaws (N,), its mean place across (N,), and the share
         of the pad's width that it covers (N,).
     """
-    oriented = mask if side > 0 else mask[:, :, ::-1]
-    positions = ALONG if side > 0 else ALONG[::-1]
-    some = oriented.any(2)
-    reach = np.where(some, positions[np.argmax(oriented, axis=2)], np.float32(side) * 1.0)  # (N, B)
-    contact = reach.min(1) if side > 0 else reach.max(1)
-    touching = some & (np.abs(reach - contact[:, None]) < 0.0015)
-    count = np.maximum(touching.sum(1), 1)
-    return contact, (touching * ACROSS).sum(1) / count, touching.sum(1) / len(ACROSS)
+    nowhere = np.float32(side) * 1.0
+    reach = np.append(ALONG[::side], nowhere)[_first(mask[:, ::side], 1)]  # (B, N)
+    contact = reach.min(0) if side > 0 else reach.max(0)
+    touching = (reach != nowhere) & (np.abs(reach - contact) < 0.0015)
+    count = np.maximum(touching.sum(0), 1)
+    return contact, (touching * ACROSS[:, None]).sum(0) / count, touching.sum(0) / len(ACROSS)
+
+
+def _first(mask: NDArray[np.bool_], axis: int) -> NDArray[np.uint8]:
+    """Index along a short ``axis`` of the first that is true, its length where none is.
+
+    Made of byte operations that processors vectorise, which :func:`numpy.argmax` is not.
+    """
+    length = mask.shape[axis]
+    index = np.arange(length, dtype=np.uint8).reshape([-1 if i == axis else 1 for i in range(mask.ndim)])
+    missing = mask.view(np.uint8) - np.uint8(1)  # 0 where true, 255 where not
+    return np.minimum((index | missing).min(axis), np.uint8(length))
 
 
 def maxima(field: GraspField, count: int, threshold: float = 0.1, distance: int = 4) -> list[tuple[int, int]]:

@@ -126,29 +126,26 @@ class GraspMaps:
             (self.quality, sigma), (self.sin2, sigma), (self.cos2, sigma), (self.width, sigma / 2))))
 
     def peaks(self, count: int = 8, min_distance: int = 8, threshold: float = 0.05) -> list[Grasp]:
-        """Local maxima of quality, best first, as grasps in pixels of this map.
+        """The best places, best first, as grasps in pixels of this map.
+
+        Greedy non-maximum suppression: of what is left, the best place is taken and its surroundings are
+        dropped. So there are others where the best cannot be carried out, on a ridge with one maximum, too.
 
         Args:
             count: how many at most.
-            min_distance: no two maxima within this many pixels (square neighbourhood).
+            min_distance: no two within this many pixels (square neighbourhood).
             threshold: least quality.
         """
-        from scipy.ndimage import maximum_filter
-
-        q = self.quality
-        top = (q == maximum_filter(q, size=2 * min_distance + 1, mode="constant")) & (q > threshold)
-        rows, columns = np.nonzero(top)
-        angle = self.angle
+        left, angle = np.array(self.quality), self.angle
         found: list[Grasp] = []
-        for i in np.argsort(-q[rows, columns], kind="stable"):
-            r, c = int(rows[i]), int(columns[i])
-            # Plateaus have many maxima: keep those apart from all better ones.
-            if any(max(abs(c + 0.5 - g.x), abs(r + 0.5 - g.y)) <= min_distance for g in found):
-                continue
-            found.append(Grasp(c + 0.5, r + 0.5, wrap_angle(float(angle[r, c])),
-                               max(float(self.width[r, c]), 1.0), float(np.clip(q[r, c], 0, 1))))
-            if len(found) == count:
+        while len(found) < count and left.size:
+            r, c = (int(i) for i in np.unravel_index(np.argmax(left), left.shape))
+            if not left[r, c] > threshold:
                 break
+            found.append(Grasp(c + 0.5, r + 0.5, wrap_angle(float(angle[r, c])),
+                               max(float(self.width[r, c]), 1.0), float(np.clip(left[r, c], 0, 1))))
+            left[max(r - min_distance, 0):r + min_distance + 1,
+                 max(c - min_distance, 0):c + min_distance + 1] = -np.inf
         return found
 
     @classmethod

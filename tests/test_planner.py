@@ -49,10 +49,10 @@ def grasp_at(x: float, y: float, height: float, yaw: float, opening: float) -> G
     (0.5, 0.0, 0.0), (0.45, 0.06, 0.6), (0.56, -0.05, -1.2), (0.5, 0.1, 1.5)])
 def test_position_yaw_and_opening_come_back_from_the_image(x: float, y: float, yaw: float) -> None:
     scene = look(ground((x, y, 0.05, 0.05, 0.06)))
-    pose, top = grasp_pose(scene, grasp_at(x, y, 0.06, yaw, 0.07), MOTION)
+    pose, top = grasp_pose(scene, grasp_at(x, y, 0.06, yaw, 0.08), MOTION)
     assert top == pytest.approx(0.06, abs=1e-4)
     np.testing.assert_allclose(pose.position[:2], [x, y], atol=2e-4)
-    assert pose.opening == pytest.approx(0.07, abs=2e-4)
+    assert pose.opening == pytest.approx(0.08, abs=2e-4)
     assert abs(math.sin(math.atan2(pose.rotation[1, 0], pose.rotation[0, 0]) - yaw)) < 1e-3
 
 
@@ -83,6 +83,13 @@ def test_tips_stay_above_what_is_seen_under_an_open_finger(side: int) -> None:
     scene = look(ground((0.5, 0, 0.03, 0.08, 0.06), (0.5 + side * 0.05, 0, 0.04, 0.08, 0.045)))
     pose, _ = grasp_pose(scene, grasp_at(0.5, 0, 0.06, 0, 0.06), MOTION)
     assert pose.position[2] == pytest.approx(0.045 + MOTION.table_clearance, abs=1e-3)
+
+
+def test_a_thin_rod_under_the_corner_of_a_finger_is_seen() -> None:
+    # 5 mm thick and 12 mm high, it reaches 6 mm under one finger: a few pixels of many.
+    scene = look(ground((0.5, 0, 0.03, 0.08, 0.06), (0.534, 0.02, 0.005, 0.02, 0.04)))
+    pose, _ = grasp_pose(scene, grasp_at(0.5, 0, 0.06, 0, 0.06), MOTION)
+    assert pose.position[2] > 0.04 or pose.opening > 0.075
 
 
 def test_what_stands_beside_the_fingers_does_not_raise_them() -> None:
@@ -147,13 +154,13 @@ def test_a_pixel_above_the_horizon_is_blocked() -> None:
 
 
 def test_noise_moves_a_grasp_by_less_than_a_millimetre() -> None:
-    grasp = grasp_at(0.48, 0.04, 0.06, 0.5, 0.07)
+    grasp = grasp_at(0.48, 0.04, 0.06, 0.5, 0.08)
     clean, _ = grasp_pose(look(ground((0.48, 0.04, 0.05, 0.05, 0.06))), grasp, MOTION)
     for seed in range(5):
         rng = np.random.default_rng(seed)
         depth = ground((0.48, 0.04, 0.05, 0.05, 0.06)) + rng.normal(0, 0.0007, (480, 640))
         depth[rng.random(depth.shape) < 0.05] = 0
-        spikes = (rng.random(depth.shape) < 0.01) & (depth > 0)
+        spikes = (rng.random(depth.shape) < 0.001) & (depth > 0)  # three under a finger are a thing
         depth[spikes] -= 0.05
         noisy, _ = grasp_pose(look(depth), grasp, MOTION)
         assert np.abs(noisy.position[:2] - clean.position[:2]).max() < 0.001

@@ -26,8 +26,10 @@ Floats = NDArray[np.float64]
 
 JAW = 0.020
 """Width of a finger across the jaw direction [m]."""
-SIDE_CLEARANCE = 0.002
+SIDE_CLEARANCE = 0.004
 """Room that a finger on its way down wants beside it [m]."""
+STRAYS = 3
+"""So many points are a thing and not noise; of a thin rod under a finger's corner no more may be seen."""
 WIDENING_STEP = 0.004
 WIDENING_GAIN = 0.004
 """The jaws are opened wider than predicted until the tips come this near to the wanted depth [m]."""
@@ -196,9 +198,9 @@ def ground_under(beyond: Floats, height: Floats) -> float:
         height: (N,) their heights [m].
     """
     under = height[(beyond > -SIDE_CLEARANCE) & (beyond < FINGER)]
-    if len(under) < 3:
+    if len(under) < STRAYS:
         return -np.inf
-    ground = float(np.percentile(under, 90))
+    ground = float(np.partition(under, -STRAYS)[-STRAYS])
     return ground if ground > TABLE_NOISE else -np.inf
 
 

@@ -38,7 +38,7 @@ class NetworkPredictor:
         kind, crop: the network's input and its side [px].
     """
 
-    def __init__(self, name: str = "htc-grasp", weights: Path | None = None, peaks: int = 5,
+    def __init__(self, name: str = "htc-grasp", weights: Path | None = None, peaks: int = 10,
                  level: bool = True) -> None:
         import torch
 

@@ -35,7 +35,7 @@ def crowd(scenario: Scenario) -> Scenario:
 
 
 def episode(crowd: Scenario, folder: Path, predictor: Any, **more: int) -> dict[str, Any]:
-    asked = {"trial": 4, "attempt": 0, "seed": 1} | more
+    asked: dict[str, Any] = {"trial": 4, "attempt": 0, "seed": 1} | more
     return run_episode(Workcell(crowd), Catalog(folder), predictor, "bar", **asked).record
 
 

@@ -104,12 +104,14 @@ def draw() -> None:
         (DOCS / "images" / "joint-loads.svg").write_text(figure(done), encoding="utf-8")
 
 
+PARTS = ["checks", "trials", "draw"]
+
+
 def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description="Measure and draw the self-tests of docs/physics.md.")
-    parser.add_argument("what", nargs="*", choices=["checks", "trials", "draw"],
-                        default=["checks", "trials", "draw"], help="all when left out")
-    for what in parser.parse_args().what:
+    parser.add_argument("what", nargs="*", choices=[*PARTS, []], help="all when left out")
+    for what in parser.parse_args().what or PARTS:
         draw() if what == "draw" else measure(what)
 
 

@@ -92,9 +92,8 @@ def make_scene(seed: int, index: int, config: SynthConfig) -> Arrays:
 
 # ---------------------------------------------------------------- the scene
 
-@cache
-def _base(name: str) -> Scenario:
-    return load_scenario(name)
+_base = cache(load_scenario)
+"""Read once for all scenes of a process."""
 
 
 def jittered(scenario: Scenario, rng: Rng) -> Scenario:

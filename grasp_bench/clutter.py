@@ -37,8 +37,8 @@ from grasp_bench.trial import (
     Trial,
     TrialRecord,
     Workcell,
+    choose_grasp,
     execute,
-    first_feasible,
     random_pose,
     take_picture,
 )
@@ -173,7 +173,7 @@ def _attempt(cell: Workcell, left: list[Resting], predictor: Predictor, clock: C
             return ended(Outcome.NO_GRASP, "the predictor proposed no grasp", at_rest)
         with clock.phase("plan"):
             scene = SeenScene(image, nominal.pose, nominal.directions)
-            rank, plan, outcome, why = first_feasible(cell.planner, scene, grasps)
+            rank, plan, outcome, why = choose_grasp(cell.planner, scene, grasps)
         target = _meant(grasps[rank], picture, world, camera)
         measured |= {"grasp": grasps[rank], "rank": rank}
         if plan is None:

@@ -207,7 +207,7 @@ def run_trial(cell: Workcell, model: ObjectModel, predictor: Predictor, *, trial
             return finish(Outcome.NO_GRASP, "the predictor proposed no grasp")
         with clock.phase("plan"):
             scene = SeenScene(image, nominal.pose, nominal.directions)  # as the robot believes
-            rank, plan, outcome, why = first_feasible(planner, scene, result.grasps)
+            rank, plan, outcome, why = choose_grasp(planner, scene, result.grasps)
         measured = {"grasp": result.grasps[rank], "rank": rank}
         if plan is None:
             return finish(outcome, why, **measured)
@@ -254,20 +254,30 @@ def multiply_quaternions(a: Floats, b: Floats) -> Floats:
     return product
 
 
-def first_feasible(planner: Planner, scene: SeenScene, grasps: list[Grasp],
-                   ) -> tuple[int, Plan | None, Outcome, str]:
-    """Rank and plan of the best grasp that can be carried out.
+def choose_grasp(planner: Planner, scene: SeenScene, grasps: list[Grasp],
+           ) -> tuple[int, Plan | None, Outcome, str]:
+    """Rank and plan of the grasp to carry out: the best in which the tips get deep enough.
 
-    Where none can, the plan is None and the outcome tells why the best one cannot.
+    Where none does, it is the one whose tips stay least above their wanted depth: rather a shallow
+    grasp than none.
+    Where none can be planned at all, the plan is None and the outcome tells why the best one cannot.
     """
     first: tuple[Outcome, str] | None = None
+    shallow: tuple[int, Plan] | None = None
     for rank, grasp in enumerate(grasps):
         try:
-            return rank, planner.plan(scene, grasp), Outcome.SUCCESS, ""
+            plan = planner.plan(scene, grasp)
         except Unreachable as error:
             first = first or (Outcome.IK_FAILED, str(error))
         except Blocked as error:
             first = first or (Outcome.APPROACH_COLLISION, str(error))
+        else:
+            if plan.deep:
+                return rank, plan, Outcome.SUCCESS, ""
+            if shallow is None or plan.shortfall < shallow[1].shortfall:
+                shallow = rank, plan
+    if shallow is not None:
+        return *shallow, Outcome.SUCCESS, ""
     assert first is not None
     outcome, why = first
     return 0, None, outcome, why

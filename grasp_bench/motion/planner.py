@@ -53,6 +53,7 @@ class Plan:
         grasp: the image-plane grasp planned for.
         pose: TCP pose at the grasp.
         top: height of what is grasped, above the table [m].
+        shortfall: how far above their wanted depth the tips are kept by what is seen under them [m].
         reach: from home to above the grasp.
         approach, lift: straight down and up.
         carry: to the place of the hold.
@@ -62,11 +63,17 @@ class Plan:
     grasp: Grasp
     pose: GraspPose
     top: float
+    shortfall: float
     reach: Trajectory
     approach: Trajectory
     lift: Trajectory
     carry: Trajectory
     shake: tuple[Trajectory, ...] = ()
+
+    @property
+    def deep(self) -> bool:
+        """Whether the tips get down to the wanted depth, or so near that no wider opening was tried."""
+        return self.shortfall <= WIDENING_GAIN + 1e-6
 
 
 class SeenScene:
@@ -165,7 +172,7 @@ def grasp_pose(scene: SeenScene, grasp: Grasp, motion: Motion) -> tuple[GraspPos
     first, second = (scene.on_plane(end, top) for end in grasp.ends())
     span = second - first
     axis = span / max(float(np.linalg.norm(span)), 1e-9)
-    wanted = max(top - motion.insertion, motion.table_clearance)
+    wanted = wanted_tip(top, motion)
     offset, height = scene.local(centre, axis)
     under_jaws = np.abs(offset[:, 1]) < JAW / 2 + SIDE_CLEARANCE
     along, height = offset[under_jaws, 0], height[under_jaws]
@@ -181,6 +188,11 @@ def grasp_pose(scene: SeenScene, grasp: Grasp, motion: Motion) -> tuple[GraspPos
         raise Blocked(f"the fingers reach only {1000 * (top - tip):.1f} mm below the top of the object")
     yaw = math.atan2(axis[1], axis[0])
     return GraspPose.top_down([centre[0], centre[1], tip], yaw, opening), top
+
+
+def wanted_tip(top: float, motion: Motion) -> float:
+    """Height at which the tips hold best what is ``top`` high [m]."""
+    return max(top - motion.insertion, motion.table_clearance)
 
 
 def openings(predicted: float) -> list[float]:
@@ -247,7 +259,7 @@ class Planner:
             fraction = motion.speed_fraction
             reach = through([np.asarray(HOME), up[-1]], period, fraction)
             down = through([*up[::-1], q], period, fraction, above - pose.position[2], motion.approach_speed)
-            return Plan(grasp, candidate, top, reach, down,
+            return Plan(grasp, candidate, top, pose.position[2] - wanted_tip(top, motion), reach, down,
                         through([q, *lift], period, fraction, motion.lift_height, motion.lift_speed),
                         through([lift[-1], *carry], period, fraction,
                                 float(np.linalg.norm(target - lifted)), motion.carry_speed), shake)

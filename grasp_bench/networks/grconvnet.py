@@ -6,6 +6,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
+from grasp_bench.networks.dropout import Dropout
 from grasp_bench.networks.fit import fit
 
 
@@ -53,7 +54,7 @@ class GRConvNet(nn.Module):
             *_transposed(2 * c, c, padding=2),
             nn.Conv2d(c, c, 9, 1, 4))
         # Separate heads: in training each drops other channels.
-        self.heads = nn.ModuleList(nn.Sequential(nn.Dropout(0.1), nn.Conv2d(c, 1, 2)) for _ in range(4))
+        self.heads = nn.ModuleList(nn.Sequential(Dropout(0.1), nn.Conv2d(c, 1, 2)) for _ in range(4))
         for module in self.modules():
             if isinstance(module, nn.Conv2d | nn.ConvTranspose2d):
                 nn.init.xavier_uniform_(module.weight)

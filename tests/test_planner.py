@@ -11,8 +11,17 @@ import pytest
 
 from grasp_bench.camera import RgbdImage
 from grasp_bench.grasps import Grasp
-from grasp_bench.motion.planner import Blocked, Planner, SeenScene, Unreachable, grasp_pose
+from grasp_bench.motion.planner import (
+    FINGER_LENGTH,
+    PALM,
+    Blocked,
+    Planner,
+    SeenScene,
+    Unreachable,
+    grasp_pose,
+)
 from grasp_bench.scenario import Motion, Scenario, Table, load_scenario
+from grasp_bench.scene import gripper_geometry
 from grasp_bench.scene.ec66 import FINGER_STROKE, HOME
 
 CAMERA = load_scenario("table4").camera
@@ -114,6 +123,31 @@ def test_the_jaws_open_wider_where_the_prediction_is_too_narrow() -> None:
 def test_a_grasp_within_a_flat_top_is_blocked() -> None:
     with pytest.raises(Blocked, match="the fingers reach only"):
         grasp_pose(look(ground((0.5, 0, 0.12, 0.12, 0.06))), grasp_at(0.5, 0, 0.06, 0, 0.06), MOTION)
+
+
+@pytest.mark.parametrize(("away", "yaw", "tip"), [
+    (0.075, 0.0, 0.062),  # the tower's near side is 55 mm from the middle: under the hand, 66 mm long
+    (0.095, 0.0, 0.032),  # 75 mm: beside it
+    (0.075, math.pi / 2, 0.032),  # the hand is only 25 mm wide across
+    (0.045, math.pi / 2, 0.062)])
+def test_the_hand_stays_above_what_stands_beside_the_grasp(away: float, yaw: float, tip: float) -> None:
+    scene = look(ground((0.5, 0, 0.03, 0.03, 0.07), (0.5 + away, 0, 0.04, 0.04, 0.125)))
+    motion = MOTION.model_copy(update={"insertion": 0.038})
+    pose, _ = grasp_pose(scene, grasp_at(0.5, 0, 0.07, yaw, 0.05), motion)
+    assert pose.position[2] == pytest.approx(tip, abs=1e-3)
+
+
+def test_a_hand_that_cannot_get_down_blocks_the_grasp() -> None:
+    scene = look(ground((0.5, 0, 0.03, 0.03, 0.03), (0.575, 0, 0.04, 0.04, 0.15)))
+    with pytest.raises(Blocked, match="the fingers reach only"):
+        grasp_pose(scene, grasp_at(0.5, 0, 0.03, 0, 0.05), MOTION)
+
+
+def test_the_planner_knows_the_drawn_hand() -> None:
+    housing = gripper_geometry.housing()["body"]
+    under = housing.vertices[np.isclose(housing.vertices[:, 2], gripper_geometry.PALM)]
+    np.testing.assert_allclose(np.ptp(under[:, :2], axis=0), 1000 * np.array(PALM), atol=5)  # rounded
+    assert pytest.approx(1000 * FINGER_LENGTH) == gripper_geometry.FINGER
 
 
 def test_a_grasp_without_depth_is_blocked() -> None:

@@ -26,10 +26,16 @@ Floats = NDArray[np.float64]
 
 JAW = 0.020
 """Width of a finger across the jaw direction [m]."""
+PALM = (0.132, 0.050)
+"""Extent of the hand's underside along and across the jaw direction [m]."""
+FINGER_LENGTH = 0.065
+"""From the tips up to the hand's underside [m]."""
 SIDE_CLEARANCE = 0.004
-"""Room that a finger on its way down wants beside it [m]."""
+"""Room that a finger or the hand on its way down wants beside it [m]."""
 STRAYS = 3
 """So many points are a thing and not noise; of a thin rod under a finger's corner no more may be seen."""
+STRAYS_UNDER_HAND = 20
+"""The same for the hand, under which some 3,000 pixels see."""
 WIDENING_STEP = 0.004
 WIDENING_GAIN = 0.004
 """The jaws are opened wider than predicted until the tips come this near to the wanted depth [m]."""
@@ -99,7 +105,7 @@ class SeenScene:
         tall = self.heights > TABLE_NOISE
         places = self.camera.position[:2] + self._rays[tall][:, :2] * self.image.depth[tall][:, None]
         seen = self.heights[tall][(np.abs(places - table.center) <= np.array(table.size) / 2).all(1)]
-        return float(np.partition(seen, -20)[-20]) if len(seen) > 20 else 0.0
+        return max(highest(seen, STRAYS_UNDER_HAND), 0.0)
 
     def on_plane(self, pixel: Floats, height: float) -> Floats:
         """World point where the ray through ``pixel`` (2,) meets the plane z = ``height``."""
@@ -156,8 +162,8 @@ def grasp_pose(scene: SeenScene, grasp: Grasp, motion: Motion) -> tuple[GraspPos
     The height of the object under the grasp is the 95th percentile of the heights seen
     inside the grasp's rectangle, the plane on which its centre and ends are deprojected. The
     tips go ``motion.insertion`` below it, never nearer to the table than
-    ``motion.table_clearance``, and never into what is seen under the open fingers; where that
-    would keep them up, the jaws are opened wider than predicted.
+    ``motion.table_clearance``, and never so deep that the hand would meet what is seen under it, or the open
+    fingers what is under them; where the latter would keep them up, the jaws are opened wider than predicted.
 
     Raises:
         Blocked: where nothing was measured, or the fingers cannot get below the top of it.
@@ -174,15 +180,18 @@ def grasp_pose(scene: SeenScene, grasp: Grasp, motion: Motion) -> tuple[GraspPos
     axis = span / max(float(np.linalg.norm(span)), 1e-9)
     wanted = wanted_tip(top, motion)
     offset, height = scene.local(centre, axis)
+    under_hand = (np.abs(offset) < np.array(PALM) / 2 + SIDE_CLEARANCE).all(1)
+    obstacle = highest(height[under_hand], STRAYS_UNDER_HAND)
+    floor = max(wanted, obstacle - FINGER_LENGTH + motion.table_clearance)
     under_jaws = np.abs(offset[:, 1]) < JAW / 2 + SIDE_CLEARANCE
     along, height = offset[under_jaws, 0], height[under_jaws]
     tip, opening = np.inf, 0.0
     for trial in openings(float(np.linalg.norm(span[:2]))):
-        lowest = max(wanted, *(ground_under(side * along - trial / 2, height) + motion.table_clearance
+        lowest = max(floor, *(ground_under(side * along - trial / 2, height) + motion.table_clearance
                                for side in (-1, 1)))
         if lowest < tip - 1e-6:
             tip, opening = lowest, trial
-        if tip <= wanted + WIDENING_GAIN:
+        if tip <= floor + WIDENING_GAIN:
             break
     if top - tip < LEAST_INSERTION and not empty:
         raise Blocked(f"the fingers reach only {1000 * (top - tip):.1f} mm below the top of the object")
@@ -209,11 +218,13 @@ def ground_under(beyond: Floats, height: Floats) -> float:
         beyond: (N,) distance of the seen points outwards from the finger's pad [m].
         height: (N,) their heights [m].
     """
-    under = height[(beyond > -SIDE_CLEARANCE) & (beyond < FINGER)]
-    if len(under) < STRAYS:
-        return -np.inf
-    ground = float(np.partition(under, -STRAYS)[-STRAYS])
+    ground = highest(height[(beyond > -SIDE_CLEARANCE) & (beyond < FINGER)])
     return ground if ground > TABLE_NOISE else -np.inf
+
+
+def highest(heights: Floats, strays: int = STRAYS) -> float:
+    """Height of the highest thing among seen points (N,) [m], −inf where there are fewer than ``strays``."""
+    return float(np.partition(heights, -strays)[-strays]) if len(heights) >= strays else -np.inf
 
 
 def straight(start: Floats, end: Floats) -> list[Floats]:

@@ -27,6 +27,7 @@ class Dropout(nn.Module):
         self.dropped = round(p * STEPS)
 
     def extra_repr(self) -> str:
+        """What ``repr`` of a network says of this layer."""
         return f"p={self.dropped / STEPS:g}"
 
     def forward(self, x: Tensor) -> Tensor:

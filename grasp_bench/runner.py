@@ -18,7 +18,6 @@ from grasp_bench.integrity import sha256
 from grasp_bench.jobs import WHOLE, Job, Jobs, Settings, Shard, spread
 from grasp_bench.machine import cpu_name
 from grasp_bench.objects.catalog import Catalog
-from grasp_bench.paths import assets_dir
 from grasp_bench.predictors import BUILT_IN
 from grasp_bench.predictors.identity import identify
 from grasp_bench.results import FORMAT, RunFolder
@@ -62,9 +61,8 @@ def describe(settings: Settings, jobs: Jobs, catalog: Catalog,
     """The content of ``run.json``; ``implementation`` is what :func:`identify` says of the predictor."""
     entry = BUILT_IN.get(settings.predictor)
     weights = None
-    if entry is not None and entry.weights is not None:
-        path = assets_dir() / "weights" / entry.weights
-        weights = {entry.weights: sha256(path)} if path.is_file() else {entry.weights: None}
+    if entry is not None and (path := entry.file) is not None:
+        weights = {path.name: sha256(path) if path.is_file() else None}
     shard = {} if jobs.shard == WHOLE else {"shard": str(jobs.shard)}
     return {
         "format": FORMAT,

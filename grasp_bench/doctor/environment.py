@@ -10,7 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 from grasp_bench.doctor.checks import Check, State
 from grasp_bench.errors import AssetError
 from grasp_bench.machine import cpu_name, usable_cores
-from grasp_bench.paths import assets_dir, constraints_file
+from grasp_bench.paths import constraints_file
 
 
 def check_environment() -> list[Check]:
@@ -130,18 +130,17 @@ def _weights() -> Check:
     from grasp_bench.integrity import check_manifest, sha256
     from grasp_bench.predictors import BUILT_IN
 
-    folder = assets_dir() / "weights"
-    needed = sorted({e.weights for e in BUILT_IN.values() if e.weights})
-    missing = [n for n in needed if not (folder / n).is_file()]
+    needed = sorted({e.file for e in BUILT_IN.values() if e.file})
+    missing = [path.name for path in needed if not path.is_file()]
     altered = []
-    for name in needed:
+    for path in needed:
         try:
-            check_manifest(folder / name)
+            check_manifest(path)
         except AssetError as error:
             altered.append(str(error))
     if altered:
         return Check("Weights", State.BAD, " ".join(altered))
     if missing:
         return Check("Weights", State.NOTE, f"not there: {', '.join(missing)}")
-    digests = ", ".join(f"{n} {sha256(folder / n)[:9]}…" for n in needed)
+    digests = ", ".join(f"{path.name} {sha256(path)[:9]}…" for path in needed)
     return Check("Weights", State.OK, digests)

@@ -49,11 +49,16 @@ class Entry:
     weights: str | None = None
 
     @property
-    def available(self) -> bool:
-        """Whether the weights it needs are there."""
+    def file(self) -> Path | None:
+        """Where the weights it needs lie."""
         from grasp_bench.paths import assets_dir
 
-        return self.weights is None or (assets_dir() / "weights" / self.weights).is_file()
+        return None if self.weights is None else assets_dir() / "weights" / self.weights
+
+    @property
+    def available(self) -> bool:
+        """Whether the weights it needs are there."""
+        return self.file is None or self.file.is_file()
 
 
 _CONTROLS = "grasp_bench.predictors.controls"

@@ -11,7 +11,6 @@ from typing import Any
 
 from grasp_bench.errors import PredictorError
 from grasp_bench.integrity import check_manifest, missing_weights, sha256
-from grasp_bench.paths import assets_dir
 from grasp_bench.predictors import ADDRESSES, BUILT_IN, COMMAND, installed, load_predictor, python_path
 
 
@@ -51,10 +50,9 @@ def _intact(name: str) -> bool:
     Raises:
         AssetError: when they are missing or altered.
     """
-    entry = BUILT_IN.get(name)
-    if entry is None or entry.weights is None:
+    path = BUILT_IN[name].file if name in BUILT_IN else None
+    if path is None:
         return False
-    path = assets_dir() / "weights" / entry.weights
     if not path.is_file():
         raise missing_weights(path)
     return check_manifest(path)
@@ -64,10 +62,10 @@ def describe(name: str, predictor: object) -> dict[str, Any]:
     """The facts of a predictor that is loaded."""
     facts: dict[str, Any] = {}
     if name in BUILT_IN:
-        weights = BUILT_IN[name].weights
+        weights = BUILT_IN[name].file
         facts["software"] = f"grasp-bench {version('grasp-bench')}"
         if weights is not None:
-            facts["files"] = {weights: sha256(assets_dir() / "weights" / weights)}
+            facts["files"] = {weights.name: sha256(weights)}
     elif name.startswith(COMMAND):
         program, *words = shlex.split(name.removeprefix(COMMAND))
         if not Path(program).is_absolute():  # an interpreter may differ between the machines of one run

@@ -23,6 +23,8 @@ def main() -> None:
     parser.add_argument("--objects", type=int, default=6, help="how many objects take turns")
     parser.add_argument("--renderer", default="raycast")
     parser.add_argument("--image", type=int, default=0, help="width of the image [px]; 0: the scenario's")
+    parser.add_argument("--timestep", type=float, help="of physics [s], the scenario's by default; memory "
+                                                       "does not depend on it, time does")
     parser.add_argument("--every", type=int, default=100, help="print every so many trials")
     args = parser.parse_args()
     if args.renderer in LIBRARIES:
@@ -31,12 +33,14 @@ def main() -> None:
     from grasp_bench.executors.processes import WorkerPool
     from grasp_bench.jobs import Settings, spread
     from grasp_bench.objects.catalog import Catalog
-    from grasp_bench.scenario import load_scenario
+    from grasp_bench.scenario import load_scenario, with_value
 
     catalog, scenario = Catalog(), load_scenario("table4")
     if args.image:
         camera = scenario.camera.model_copy(update={"width": args.image, "height": args.image * 3 // 4})
         scenario = scenario.model_copy(update={"camera": camera})
+    if args.timestep:
+        scenario = with_value(scenario, "physics.timestep", args.timestep)
     settings = Settings(scenario, catalog.folder.resolve(), args.predictor, 0, args.renderer)
     names = catalog.names[:: max(1, len(catalog.names) // args.objects)][:args.objects]
     memory: list[float] = []

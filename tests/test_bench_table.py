@@ -70,7 +70,8 @@ def test_reference_runs_compared() -> None:
     found = compare(sorted(REFERENCE.iterdir()))
     rows = {r["predictor"]: r for r in found["rows"]}
     assert found["reference"] == "htc-grasp"
-    assert found["rows"][0]["predictor"] == "htc-grasp", "networks first"
+    kinds = [BUILT_IN[r["predictor"]].kind for r in found["rows"]]
+    assert kinds == sorted(kinds, reverse=True), "networks first"
     assert "p_value" not in rows["htc-grasp"]
     displaced = rows["displaced"]
     assert (displaced["reference_only"], displaced["this_only"]) == (rows["htc-grasp"]["successes"], 0)

@@ -128,8 +128,16 @@ def tower(tmp_path_factory: pytest.TempPathFactory) -> ObjectModel:
     return replace(model, poses=(RestingPose(np.array([1.0, 0, 0, 0]), -low, 1.0, (grasp,)),))
 
 
-def test_approach_collision_when_the_palm_meets_a_tower(scenario: Scenario, tower: ObjectModel) -> None:
+def test_a_tower_that_the_hand_would_meet_is_seen(scenario: Scenario, tower: ObjectModel) -> None:
     trial = attempt(scenario, tower, Oracle())
+    assert trial.record.outcome is Outcome.APPROACH_COLLISION
+    assert trial.record.detail.startswith("the fingers reach only -")
+    assert trial.plan is None
+
+
+def test_approach_collision_where_the_camera_is_not_where_it_is_thought(
+        scenario: Scenario, lying: ObjectModel) -> None:
+    trial = attempt(changed(scenario, calibration={"position_mm": 25.0}), lying, Oracle())
     assert trial.record.outcome is Outcome.APPROACH_COLLISION
     assert trial.record.detail.startswith("the gripper met the object with ")
     assert trial.plan is not None  # it was planned, and physics stopped it

@@ -23,6 +23,7 @@ from scipy.spatial import ConvexHull
 from grasp_bench.camera import RgbdImage
 from grasp_bench.errors import PredictorError
 from grasp_bench.grasps import Grasp
+from grasp_bench.motion.choice import choose_grasp
 from grasp_bench.motion.planner import SeenScene
 from grasp_bench.objects.catalog import Catalog, ObjectModel
 from grasp_bench.predictors.protocol import GroundTruth, Predictor, PrivilegedPredictor, answer, checked
@@ -37,7 +38,6 @@ from grasp_bench.trial import (
     Trial,
     TrialRecord,
     Workcell,
-    choose_grasp,
     execute,
     random_pose,
     take_picture,

@@ -6,10 +6,10 @@ import pytest
 from test_planner import grasp_at, ground, look
 
 from grasp_bench.grasps import Grasp
+from grasp_bench.motion.choice import choose_grasp
 from grasp_bench.motion.planner import Planner
 from grasp_bench.outcomes import Outcome
 from grasp_bench.scenario import load_scenario
-from grasp_bench.trial import choose_grasp
 
 BAR = (0.04, 0.04, 0.06)
 SCENE = look(ground(

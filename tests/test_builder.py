@@ -9,7 +9,7 @@ import pytest
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.scenario import Scenario
 from grasp_bench.scene.builder import compile_mjcf, compose
-from grasp_bench.scene.floating import compose_floating
+from grasp_bench.scene.floating import compile_floating
 
 
 @pytest.mark.parametrize("settings", [
@@ -18,8 +18,9 @@ from grasp_bench.scene.floating import compose_floating
 def test_solver_settings_reach_the_model(table4: Scenario, models: dict[str, ObjectModel], floating: bool,
                                          settings: dict[str, Any]) -> None:
     scenario = table4.model_copy(update={"physics": table4.physics.model_copy(update=settings)})
-    root = compose_floating(scenario, [models["bar"]]) if floating else compose(scenario, models["bar"])
-    option, wanted = compile_mjcf(root).opt, scenario.physics
+    bar = models["bar"]
+    model = compile_floating(scenario, [bar]) if floating else compile_mjcf(compose(scenario, bar))
+    option, wanted = model.opt, scenario.physics
     assert (option.timestep, option.impratio, option.noslip_iterations) == (
         wanted.timestep, wanted.impratio, wanted.noslip_iterations)
     assert (option.integrator, option.solver, option.jacobian, option.cone) == (3, 2, 0, 1)

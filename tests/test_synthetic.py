@@ -23,8 +23,7 @@ from grasp_bench.grasps import Grasp, angle_difference
 from grasp_bench.motion.planner import SeenScene, grasp_pose
 from grasp_bench.objects.shapes import Mesh, box, union
 from grasp_bench.scenario import Scenario, load_scenario
-from grasp_bench.scene.builder import compile_mjcf
-from grasp_bench.scene.floating import FloatingGripper, compose_floating
+from grasp_bench.scene.floating import FloatingGripper, compile_floating
 from grasp_bench.training.dataset import DEPTH_UNIT, load_scenes
 
 QUICK = SynthConfig(tries=2)
@@ -99,7 +98,7 @@ def test_files_do_not_depend_on_workers_and_are_kept(tmp_path: Path) -> None:
 def on_table(model: RandomObject, scenario: Scenario, x: float, y: float,
              tries: int = 10) -> dict[str, np.ndarray]:
     """Scene of one object put down as it is modelled, unturned."""
-    gripper = FloatingGripper(compile_mjcf(compose_floating(scenario, [model])), scenario)
+    gripper = FloatingGripper(compile_floating(scenario, [model]), scenario)
     q = gripper.object_q[0]
     gripper.data.qpos[q:q + 3] = x, y, 0.0005 - min(h[:, 2].min() for h in model.hulls)
     assert gripper.settle(1.0)

@@ -34,8 +34,8 @@ from grasp_bench.objects import heightfield
 from grasp_bench.objects.heightfield import CELL, HeightField
 from grasp_bench.objects.poses import measure_heights
 from grasp_bench.scenario import Scenario, Sensor, load_scenario
-from grasp_bench.scene.builder import TABLE, compile_mjcf
-from grasp_bench.scene.floating import QUICK, FloatingGripper, compose_floating
+from grasp_bench.scene.builder import TABLE
+from grasp_bench.scene.floating import QUICK, FloatingGripper, compile_floating
 from grasp_bench.scene.rendering import Picture, raycast
 from grasp_bench.scene.sensor import sense
 from grasp_bench.training.dataset import DEPTH_UNIT
@@ -82,7 +82,7 @@ def make_scene(seed: int, index: int, config: SynthConfig) -> Arrays:
         scenario = jittered(_base(config.scenario), rng)
         count = int(rng.integers(2, 4)) if rng.random() < config.several else 1
         objects = [random_object(rng) for _ in range(count)]
-        gripper = FloatingGripper(compile_mjcf(compose_floating(scenario, list(objects))), scenario, count)
+        gripper = FloatingGripper(compile_floating(scenario, list(objects)), scenario, count)
         if arrange(gripper, objects, config.spread, rng):
             scene = record(gripper, objects, config, rng)
             if config.tries == 0 or len(scene["grasps"]) or rng.random() < config.hopeless:

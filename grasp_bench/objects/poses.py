@@ -22,9 +22,9 @@ from grasp_bench.objects import heightfield
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.objects.heightfield import CELL, HeightField
 from grasp_bench.scenario import Scenario
-from grasp_bench.scene.builder import SceneObject, compile_mjcf
+from grasp_bench.scene.builder import SceneObject
 from grasp_bench.scene.ec66 import FINGER_STROKE
-from grasp_bench.scene.floating import FloatingGripper, compose_floating
+from grasp_bench.scene.floating import FloatingGripper, compile_floating
 from grasp_bench.scene.rendering import SHOWN_GROUPS
 
 Floats = NDArray[np.float64]
@@ -187,7 +187,7 @@ def build_rest(folder: Path, seen: bool = False) -> bool:
     model = ObjectModel(details["name"], details["category"], folder, details["mass"],
                         np.array(details["inertia"]), details["friction"], (), mark)
     scenario = Scenario(name="reference")
-    gripper = FloatingGripper(compile_mjcf(compose_floating(scenario, [model])), scenario)
+    gripper = FloatingGripper(compile_floating(scenario, [model]), scenario)
     poses = []
     for rotation, chance in resting_directions(model):
         rested = rest(gripper, rotation, model)

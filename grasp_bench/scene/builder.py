@@ -29,6 +29,8 @@ TABLE = "table"
 GROUND = "ground"
 ARM_PREFIX = "arm/"
 GRIPPER_PREFIX = "arm/gripper/"
+PADS = ("left_pad", "right_pad")
+"""Geoms of ``gripper.xml`` that touch the object."""
 VISUAL_GROUP = 2
 COLLISION_GROUP = 3
 ROLLING_FRICTION = 1.5e-3
@@ -177,11 +179,17 @@ def load_robot(scenario: Scenario, friction: float) -> Any:
     """EC66 with its gripper at the flange, pads set to the object's ``friction``."""
     arm, gripper = load_part("ec66"), load_part("gripper")
     arm.model, gripper.model = "arm", "gripper"
-    set_gripper(gripper, scenario, friction)
+    set_gripper([gripper.find("geom", name) for name in PADS], gripper.find("actuator", "gripper"), scenario,
+                friction)
     arm.find("site", "flange").attach(gripper)
     for key in [*arm.find_all("key"), *gripper.find_all("key")]:
         key.remove()
     return arm
+
+
+def part_file(stem: str) -> Path:
+    """MJCF file of the arm (``ec66``) or the ``gripper``."""
+    return assets_dir() / "ec66" / f"{stem}.xml"
 
 
 def load_part(stem: str) -> Any:
@@ -192,22 +200,22 @@ def load_part(stem: str) -> Any:
     """
     from dm_control import mjcf
 
-    part = mjcf.from_path(str(assets_dir() / "ec66" / f"{stem}.xml"))
+    part = mjcf.from_path(str(part_file(stem)))
     part.option.remove()
     return part
 
 
-def set_gripper(gripper: Any, scenario: Scenario, friction: float) -> None:
-    """Set pad friction and force limit of a gripper loaded from ``gripper.xml``.
+def set_gripper(pads: list[Any], actuator: Any, scenario: Scenario, friction: float) -> None:
+    """Set the friction of both :data:`PADS` and the force limit of the actuator ``gripper``.
 
-    The pads have priority over what they touch, so their ``friction`` is the pair's.
+    They are elements of ``gripper.xml``, of dm_control's or of MuJoCo's own kind. The pads have priority
+    over what they touch, so their ``friction`` is the pair's.
     """
-    for side in ("left_pad", "right_pad"):
-        gripper.find("geom", side).friction = [friction * scenario.gripper.friction_scale,
-                                               scenario.gripper.torsional_friction, 1e-4]
+    for pad in pads:
+        pad.friction = [friction * scenario.gripper.friction_scale, scenario.gripper.torsional_friction, 1e-4]
     # The actuator's tendon averages both finger positions, so each finger gets half its force.
     force = 2 * scenario.gripper.force
-    gripper.find("actuator", "gripper").forcerange = [-force, force]
+    actuator.forcerange = [-force, force]
 
 
 def compile_mjcf(root: Any) -> mujoco.MjModel:

@@ -14,7 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.scenario import Scenario
-from grasp_bench.scene.builder import SceneObject, add_object, add_table, load_part, new_world, set_gripper
+from grasp_bench.scene.builder import (
+    PADS,
+    SceneObject,
+    add_object,
+    add_table,
+    new_world,
+    part_file,
+    set_gripper,
+)
 from grasp_bench.scene.ec66 import FINGER_STROKE, FLANGE_TO_TCP
 
 Floats = NDArray[np.float64]
@@ -24,6 +32,9 @@ PARK = 1.0
 """How far beside and above the table's edge the gripper waits, out of the way of all rays [m]."""
 SHAKE = 5.0
 """Acceleration of the shake along each axis [m/s²]."""
+
+FOR_VIEWING = ("timestep", "integrator", "solver", "jacobian", "cone", "impratio", "noslip_iterations")
+"""Options that ``gripper.xml`` has for viewing it alone; the scenario's are in force."""
 
 
 @dataclass(frozen=True)
@@ -66,16 +77,14 @@ class Attempt:
     slide: float = 0.0
 
 
-def compose_floating(scenario: Scenario, objects: list[SceneObject]) -> Any:
-    """MJCF of a table with ``objects`` and the floating gripper."""
+def compile_floating(scenario: Scenario, objects: list[SceneObject]) -> mujoco.MjModel:
+    """Model of a table with ``objects`` and the floating gripper.
+
+    The gripper is attached by MuJoCo itself: dm_control takes six times as long to read its file, and one
+    such model is made for each scene of training data.
+    """
     root = new_world(scenario)
     add_table(root, scenario)
-    gripper = load_part("gripper")
-    gripper.model = "carrier"
-    set_gripper(gripper, scenario, max((o.friction for o in objects), default=1.0))
-    for geom in gripper.find_all("geom"):
-        if geom.dclass and geom.dclass.dclass == "visual":
-            geom.remove()
     mount = root.worldbody.add("body", name="mount", pos=[0, 0, 0], gravcomp=1)
     mount.add("inertial", mass=0.5, pos=[0, 0, 0], diaginertia=[1e-3, 1e-3, 1e-3])
     for name, kind, axis in (("x", "slide", [1, 0, 0]), ("y", "slide", [0, 1, 0]),
@@ -83,18 +92,27 @@ def compose_floating(scenario: Scenario, objects: list[SceneObject]) -> Any:
         joint = mount.add("joint", name=name, type=kind, axis=axis, armature=0.05)
         stiff = 30000 if kind == "slide" else 300
         root.actuator.add("position", name=name, joint=joint, kp=stiff, kv=stiff / 60)
-    site = mount.add("site", name="flange", quat=[0, 1, 0, 0])
-    site.attach(gripper)
+    mount.add("site", name="flange", quat=[0, 1, 0, 0])
     for i, model in enumerate(objects):
         add_object(root, model, scenario, f"object{i}")
-    return root
+
+    gripper = mujoco.MjSpec.from_file(str(part_file("gripper")))
+    set_gripper([gripper.geom(name) for name in PADS], gripper.actuator("gripper"), scenario,
+                max((o.friction for o in objects), default=1.0))
+    for unseen in [*(g for g in gripper.geoms if g.classname.name == "visual"), *gripper.meshes]:
+        gripper.delete(unseen)
+    spec = mujoco.MjSpec.from_string(root.to_xml_string(), assets=root.get_assets())
+    for name in FOR_VIEWING:
+        setattr(gripper.option, name, getattr(spec.option, name))
+    spec.attach(gripper, prefix=PREFIX, site=spec.site("flange"))
+    return spec.compile()
 
 
 class FloatingGripper:
     """Tries grasps on the objects of one scene.
 
     Args:
-        model: compiled from :func:`compose_floating`.
+        model: from :func:`compile_floating`.
         scenario: its settings.
         count: how many objects there are.
     """

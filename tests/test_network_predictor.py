@@ -253,7 +253,7 @@ def test_a_run_does_not_begin_with_altered_or_missing_weights(tmp_path: Path,
                                                               monkeypatch: pytest.MonkeyPatch) -> None:
     folder = tmp_path / "weights"
     folder.mkdir()
-    monkeypatch.setattr("grasp_bench.paths.assets_dir", lambda: tmp_path)
+    monkeypatch.setattr("grasp_bench.integrity.assets_dir", lambda: tmp_path)
     with pytest.raises(AssetError, match=r"htc-grasp\.safetensors are missing; train them"):
         identity.identify("htc-grasp")
     (folder / "htc-grasp.safetensors").write_bytes(b"not those shipped")

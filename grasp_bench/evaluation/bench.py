@@ -9,8 +9,8 @@ from typing import Any
 
 from grasp_bench.errors import AssetError, GraspBenchError, ResultsError
 from grasp_bench.evaluation.text import TextTable, ablation_table, accuracy_table, rate_cells
-from grasp_bench.integrity import sha256, weights_path
-from grasp_bench.networks import NETWORKS, build, parameter_count
+from grasp_bench.integrity import sha256
+from grasp_bench.networks import build, parameter_count
 from grasp_bench.networks.weights import read_metadata, stored_input
 from grasp_bench.predictors import BUILT_IN
 from grasp_bench.report.table4 import PAPER
@@ -18,6 +18,11 @@ from grasp_bench.runs import Run
 from grasp_bench.stats import holm, trials_to_distinguish, wilson
 
 REFERENCE = "htc-grasp"
+UNABLATED = "htc-grasp-1000"
+"""HTC-Grasp trained as long as its ablations."""
+ABLATIONS = {UNABLATED: (True, True), "htc-grasp-no-ea": (False, True), "htc-grasp-no-ca": (True, False),
+             "htc-grasp-plain": (False, False)}
+"""External and channel attention: the paper's Table 3, and one without either."""
 FORMAT = 1
 
 NOTE = ("Paper rows are real-robot results as printed, on other robots and other objects; they are not "
@@ -73,12 +78,36 @@ def compare(folders: Sequence[Path], reference: str = REFERENCE) -> dict[str, An
             row |= {"reference_only": pairs.first_only, "this_only": pairs.second_only,
                     "p_value": pairs.p_value, "trials_to_tell": trials_to_distinguish(*shares)}
         rows.append(row)
+    _correct(rows)
+    first = (against or runs[0]).info if runs else {}
+    return {"format": FORMAT, "kind": "bench-table", "reference": reference if against else None,
+            "scenario": first.get("scenario", {}).get("name"), "seed": first.get("seed"), "rows": rows,
+            "ablations": _ablations(runs)}
+
+
+def _ablations(runs: Sequence[Run]) -> list[dict[str, Any]]:
+    """The runs of HTC-Grasp and its ablations, these compared with :data:`UNABLATED` trial by trial."""
+    by_name = {r.predictor: r for r in runs}
+    whole, rows = by_name.get(UNABLATED), []
+    for name, (external, channel) in ABLATIONS.items():
+        row: dict[str, Any] = {"predictor": name, "external_attention": external,
+                               "channel_attention": channel}
+        if (run := by_name.get(name)) is not None:
+            row |= {"successes": run.successes, "trials": len(run)}
+            if whole is not None and run is not whole:
+                pairs = whole.compare(run)
+                row |= {"whole_only": pairs.first_only, "this_only": pairs.second_only,
+                        "p_value": pairs.p_value}
+        rows.append(row)
+    _correct(rows)
+    return rows
+
+
+def _correct(rows: list[dict[str, Any]]) -> None:
+    """Adds Holm's ``p_holm`` to all rows that have a ``p_value``."""
     compared = [r for r in rows if "p_value" in r]
     for row, corrected in zip(compared, holm([r["p_value"] for r in compared]), strict=True):
         row["p_holm"] = corrected
-    first = (against or runs[0]).info if runs else {}
-    return {"format": FORMAT, "kind": "bench-table", "reference": reference if against else None,
-            "scenario": first.get("scenario", {}).get("name"), "seed": first.get("seed"), "rows": rows}
 
 
 def _kind(predictor: str) -> str:
@@ -93,9 +122,9 @@ def trained_on(predictor: str, used: dict[str, str | None] | None) -> dict[str, 
         used: SHA-256 by file of the weights that a run used. Where those installed are others, there
             is nothing to tell: None.
     """
-    if predictor not in NETWORKS:
+    path = BUILT_IN[predictor].file if predictor in BUILT_IN else None
+    if path is None:
         return None
-    path = weights_path(predictor)
     try:
         if not used or used.get(path.name) != sha256(path):
             return None
@@ -103,7 +132,7 @@ def trained_on(predictor: str, used: dict[str, str | None] | None) -> dict[str, 
     except (AssetError, OSError):
         return None
     data = facts.get("data", {})
-    network = build(predictor, stored_input(facts))
+    network = build(facts["network"], stored_input(facts))
     return {"parameters": parameter_count(network), "input": facts.get("input"), "steps": facts.get("steps"),
             "batch": facts.get("config", {}).get("batch"), "seed": facts.get("seed"),
             "minutes": round(facts["seconds"] / 60) if facts.get("seconds") else None,
@@ -186,16 +215,19 @@ def _weights_table(comparison: dict[str, Any]) -> TextTable:
 
 def _ablations_in_physics(comparison: dict[str, Any]) -> TextTable:
     """The switches of the paper's Table 3 against success in physics."""
-    by_name = {r["predictor"]: r for r in comparison["rows"]}
     rows = []
-    for name, external, channel in (("htc-grasp", "✓", "✓"), ("htc-grasp-no-ea", "", "✓"),
-                                    ("htc-grasp-no-ca", "✓", ""), ("htc-grasp-plain", "", "")):
-        row = by_name.get(name)
-        cells = rate_cells(row["successes"], row["trials"]) if row else ["not measured", "", ""]
-        rows.append([external, channel, *cells, f"{row['p_holm']:.2g}" if row and "p_holm" in row else ""])
+    for row in comparison["ablations"]:
+        cells = (rate_cells(row["successes"], row["trials"]) if "successes" in row
+                 else ["not measured", "", ""])
+        against = ([f"{row['whole_only']} : {row['this_only']}", f"{row['p_holm']:.2g}"]
+                   if "p_value" in row else ["", ""])
+        rows.append([row["predictor"], "✓" if row["external_attention"] else "",
+                     "✓" if row["channel_attention"] else "", *cells, *against])
+    note = (f"All trained with the same budget. Alone: trials in which only {UNABLATED}, and only this one, "
+            "succeeded; p: McNemar's exact two-sided test, Holm-corrected over these rows.")
     return TextTable("Table 3's ablations on the trials of Table 4",
-                     ("External attention", "Channel attention", "Rate", "Grasped", "95 % interval",
-                      "p (Holm)"), rows, "", range(2, 6))
+                     ("Predictor", "External attention", "Channel attention", "Rate", "Grasped",
+                      "95 % interval", "Alone", "p (Holm)"), rows, note, range(3, 8))
 
 
 def run_folders(folder: Path) -> list[Path]:

@@ -157,7 +157,8 @@ def ablation_table(results: Sequence[dict[str, Any]]) -> TextTable:
     rows = []
     for row in TABLE_3:
         for dataset, printed in (("cornell", row.cornell), ("jacquard", row.jacquard)):
-            found = [r for r in results if r["predictor"] == row.network and r["dataset"] == dataset]
+            found = [r for name in row.predictors for r in results
+                     if r["predictor"] == name and r["dataset"] == dataset]
             for r in found or [None]:
                 measured = (rate_cells(r["correct"], r["images"]) if r else ["not measured", "", ""])
                 rows.append([dataset.capitalize(), "✓" if row.external_attention else "",

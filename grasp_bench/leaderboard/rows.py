@@ -89,7 +89,7 @@ def read_about(folder: Path, run: dict[str, Any]) -> About:
     if not path.is_file():
         if entry is None:
             raise ResultsError(f"{path} is missing: say name, authors, trained_on and, if there is one, link")
-        trained = "nothing" if entry.weights is None else f"see assets/weights/{Path(entry.weights).stem}.md"
+        trained = "nothing" if entry.weights is None else f"see assets/weights/{entry.weights}.md"
         return About(name=run["predictor"], authors="grasp-bench", trained_on=trained)
     try:
         return About.model_validate(yaml.safe_load(path.read_text(encoding="utf-8")))
@@ -201,12 +201,11 @@ def _record_fault(records: list[dict[str, Any]]) -> str:
 
 def _weights_fault(run: dict[str, Any]) -> str:
     from grasp_bench.integrity import sha256
-    from grasp_bench.paths import assets_dir
 
     entry = BUILT_IN.get(run["predictor"])
-    if entry is None or entry.weights is None:
+    path = None if entry is None else entry.file
+    if path is None:
         return ""
-    path = assets_dir() / "weights" / entry.weights
     expected = sha256(path) if path.is_file() else None
-    given = (run.get("weights") or {}).get(entry.weights)
-    return "" if given == expected else f"it ran with other weights than the shipped {entry.weights}"
+    given = (run.get("weights") or {}).get(path.name)
+    return "" if given == expected else f"it ran with other weights than the shipped {path.name}"

@@ -38,8 +38,8 @@ class Entry:
         path: ``module:Class``, imported when first used.
         kind: ``network`` or ``control``.
         summary: one line for listings.
-        arguments: given to the class.
-        weights: file under ``assets/weights`` it needs, if any.
+        arguments: given to the class, before the weights if it needs any.
+        weights: name of those it needs under ``assets/weights``, if any.
     """
 
     path: str
@@ -51,9 +51,9 @@ class Entry:
     @property
     def file(self) -> Path | None:
         """Where the weights it needs lie."""
-        from grasp_bench.paths import assets_dir
+        from grasp_bench.integrity import weights_path
 
-        return None if self.weights is None else assets_dir() / "weights" / self.weights
+        return None if self.weights is None else weights_path(self.weights)
 
     @property
     def available(self) -> bool:
@@ -65,12 +65,14 @@ _CONTROLS = "grasp_bench.predictors.controls"
 _NETWORK = "grasp_bench.predictors.network:NetworkPredictor"
 
 
-def _network(name: str, summary: str) -> Entry:
-    return Entry(_NETWORK, "network", summary, (name,), f"{name}.safetensors")
+def _network(name: str, summary: str, weights: str | None = None) -> Entry:
+    return Entry(_NETWORK, "network", summary, (name,), weights or name)
 
 
 BUILT_IN: dict[str, Entry] = {
     "htc-grasp": _network("htc-grasp", "HTC-Grasp, hybrid Transformer-CNN (Zhang et al., 2023)"),
+    "htc-grasp-1000": _network("htc-grasp", "HTC-Grasp after 1,000 steps, as all below",
+                               "htc-grasp-1000"),
     "gg-cnn": _network("gg-cnn", "GG-CNN on depth (Morrison et al., 2018)"),
     "gg-cnn2": _network("gg-cnn2", "GG-CNN2 on depth (Morrison et al., 2020)"),
     "gr-convnet": _network("gr-convnet", "GR-ConvNet, 32 channels, RGB-D (Kumra et al., 2020)"),
@@ -110,7 +112,7 @@ def load_predictor(name: str) -> Predictor:
     """
     if name in BUILT_IN:
         entry = BUILT_IN[name]
-        return _resolve(entry.path)(*entry.arguments)
+        return _resolve(entry.path)(*entry.arguments, *([entry.file] if entry.file else []))
     if name.startswith(ADDRESSES):
         from grasp_bench.predictors.remote import RemotePredictor
 

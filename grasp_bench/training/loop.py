@@ -88,7 +88,7 @@ def train(config: TrainConfig, scenes: SceneSet, out: Path, report: Report | Non
     mixed = use_bf16(config, device)
 
     with closing(RunLog(out, start)) as log:
-        began = time.perf_counter()
+        logged, since = start, time.perf_counter()
         feed = batches(scenes.train, config, kind, crop, start)
         for step, (inputs, targets) in enumerate(feed, start):
             rate = config.learning_rate(step)
@@ -105,10 +105,11 @@ def train(config: TrainConfig, scenes: SceneSet, out: Path, report: Report | Non
                 raise GraspBenchError(
                     f"The loss is {parts['loss']}, its gradient {parts['gradient_norm']} at step {done}: "
                     f"the training diverged; lower --lr, or look for damaged scenes.")
-            speed = (done - start) * config.batch / (time.perf_counter() - began)
+            speed = (done - logged) * config.batch / (time.perf_counter() - since)
             figures = {**parts, "lr": rate, "samples_per_second": round(speed, 2)}
             if done % config.log_every == 0 or done == config.steps:
                 log.write(done, **figures)
+                logged, since = done, time.perf_counter()
             accuracy = None
             if done % config.validate_every == 0 or done == config.steps:
                 accuracy = validate(final, scenes.val, kind, crop)

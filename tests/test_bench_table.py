@@ -20,10 +20,12 @@ from grasp_bench.datasets.generate import generate
 from grasp_bench.datasets.rectangles import open_collection
 from grasp_bench.datasets.synthetic import SynthConfig
 from grasp_bench.errors import AssetError, GraspBenchError, ResultsError
-from grasp_bench.evaluation.bench import bench, compare, read_evaluations, tables, trained_on
+from grasp_bench.evaluation.bench import UNABLATED, bench, compare, read_evaluations, tables, trained_on
 from grasp_bench.evaluation.text import accuracy_table
 from grasp_bench.grasps import angle_difference
+from grasp_bench.integrity import sha256
 from grasp_bench.predictors import BUILT_IN, load_predictor
+from grasp_bench.runs import Run
 from grasp_bench.stats import holm, mcnemar, trials_to_distinguish
 from grasp_bench.training.dataset import load_scenes
 from grasp_bench.training.log import training_seconds
@@ -80,6 +82,41 @@ def test_reference_runs_compared() -> None:
     assert len(table.rows) == 5 + len(found["rows"])
     line = next(r for r in table.rows if r[0] == "displaced (control)")
     assert line[1:4] == ["0/180", "0.0%", "0.0% – 2.1%"]
+
+
+def test_ablations_are_compared_with_the_network_of_their_budget() -> None:
+    found = compare([REFERENCE / name for name in ("htc-grasp", UNABLATED, "oracle")])
+    whole, *others = found["ablations"]
+    assert (whole["predictor"], whole["trials"]) == (UNABLATED, 180)
+    assert "p_value" not in whole
+    assert [r["predictor"] for r in others] == ["htc-grasp-no-ea", "htc-grasp-no-ca", "htc-grasp-plain"]
+    assert not any("trials" in r for r in others), "not among these runs"
+    assert [r[:4] for r in tables(found, [])[-1].rows[1:3]] == [
+        ["htc-grasp-no-ea", "", "✓", "not measured"], ["htc-grasp-no-ca", "✓", "", "not measured"]]
+
+
+def test_an_ablation_counts_what_only_one_lifted(tmp_path: Path) -> None:
+    for name, run in ((UNABLATED, "oracle"), ("htc-grasp-no-ca", "random"), ("htc-grasp-plain", "displaced")):
+        shutil.copytree(REFERENCE / run, tmp_path / name)
+        info = json.loads((tmp_path / name / "run.json").read_text())
+        (tmp_path / name / "run.json").write_text(json.dumps(info | {"predictor": name}))
+    oracle, random = (Run(REFERENCE / n) for n in ("oracle", "random"))
+    pairs = oracle.compare(random)
+    rows = {r["predictor"]: r for r in compare(sorted(tmp_path.iterdir()))["ablations"]}
+    row = rows["htc-grasp-no-ca"]
+    assert (row["whole_only"], row["this_only"]) == (pairs.first_only, pairs.second_only)
+    assert row["p_value"] == pytest.approx(row["p_holm"]) == pairs.p_value, "the larger of two"
+    other = rows["htc-grasp-plain"]
+    assert other["p_holm"] == pytest.approx(2 * other["p_value"])
+
+
+def test_weights_of_another_budget_are_told_apart() -> None:
+    for name, steps in (("htc-grasp", 2500), (UNABLATED, 1000)):
+        path = BUILT_IN[name].file
+        assert path is not None
+        told = trained_on(name, {path.name: sha256(path)})
+        assert told is not None
+        assert (told["steps"], told["parameters"]) == (steps, 2_434_004)
 
 
 def test_without_the_reference_nothing_is_compared() -> None:

@@ -70,7 +70,7 @@ def openvino(name: str, precision: str, threads: int) -> Run:
     except ImportError:
         raise GraspBenchError("--engine openvino needs it: pip install 'grasp-bench[engines]'.") from None
     x = torch.randn(1, info(name).channels, info(name).crop, info(name).crop)
-    converted = ov.convert_model(build(name).eval(), example_input=x, input=[list(x.shape)])
+    converted = ov.convert_model(torch.export.export(build(name).eval(), (x,)))
     compiled = ov.Core().compile_model(converted, "CPU", {
         "INFERENCE_PRECISION_HINT": precision, "INFERENCE_NUM_THREADS": threads,
         "PERFORMANCE_HINT": "LATENCY"})

@@ -18,8 +18,9 @@ from grasp_bench.replay.video import write_film  # noqa: E402
 
 ROOT = Path(__file__).parents[1]
 IMAGES = ROOT / "docs" / "images" / "gallery"
-TRIALS = {"success": ("htc-grasp", 37), "approach_collision": ("htc-grasp", 145),
-          "missed": ("htc-grasp", 151), "slipped": ("htc-grasp", 74), "displaced": ("displaced", 37)}
+TRIALS = {"success": ("htc-grasp-1000", 37), "approach_collision": ("htc-grasp-1000", 145),
+          "missed": ("htc-grasp-1000", 151), "slipped": ("htc-grasp-1000", 74),
+          "displaced": ("displaced", 37)}
 SIZE = (336, 252)
 
 

@@ -13,11 +13,12 @@ Engines are optional: ``pip install 'grasp-bench[engines]'``.
 
 from __future__ import annotations
 
+import importlib
 import time
 from collections.abc import Callable
 from enum import StrEnum
 from statistics import median
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import torch
@@ -66,7 +67,7 @@ def openvino(name: str, precision: str, threads: int) -> Run:
         GraspBenchError: when OpenVINO is not installed.
     """
     try:
-        import openvino as ov  # pyright: ignore[reportMissingImports]
+        ov: Any = importlib.import_module("openvino")
     except ImportError:
         raise GraspBenchError("--engine openvino needs it: pip install 'grasp-bench[engines]'.") from None
     x = torch.randn(1, info(name).channels, info(name).crop, info(name).crop)

@@ -51,14 +51,20 @@ def markdown(tables: Iterable[TextTable]) -> str:
 
 def show(tables: Iterable[TextTable], console: Any) -> None:
     """Print tables to a rich console."""
+    from textwrap import fill
+
+    from rich import box
     from rich.padding import Padding
     from rich.table import Table
     from rich.text import Text
 
     for t in tables:
-        table = Table(title=t.title, title_style="bold", title_justify="left", header_style="bold")
-        for i, name in enumerate(t.head):
-            table.add_column(name, justify="right" if i in t.numbers else "left", no_wrap=i in t.numbers)
+        table = Table(title=t.title, title_style="bold", title_justify="left", header_style="bold",
+                      box=box.SIMPLE, pad_edge=False)
+        for i, name in enumerate(t.head):  # numbers keep one line, so their heads may need several
+            number = i in t.numbers
+            table.add_column(fill(name, 8) if number else name, justify="right" if number else "left",
+                             no_wrap=number, overflow="fold")
         for i, row in enumerate(t.rows):
             table.add_row(*map(Text, row), style="dim" if i in t.paper else "",
                           end_section=i in t.paper and i + 1 not in t.paper)

@@ -33,7 +33,7 @@ check: $(STAMP)
 build: $(STAMP)
 	rm -rf dist
 	$(BIN)/python -m build --quiet
-	$(PYTHON) tests/smoke_wheel.py dist
+	$(PYTHON) scripts/smoke_wheel.py dist
 
 # The two variables silence notices about the future of MkDocs; warnings of the site itself still fail.
 docs: $(STAMP)

@@ -16,13 +16,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from grasp_bench.executors.processes import WorkerPool
-from grasp_bench.executors.protocol import Answer
-from grasp_bench.jobs import Job, Settings, Shard, spread
-from grasp_bench.records import dump
-from grasp_bench.results import RunFolder, join
-from grasp_bench.scenario import load_scenario
-from grasp_bench.shards.merge import merge
+from grasp_bench.execution.processes import WorkerPool
+from grasp_bench.execution.protocol import Answer
+from grasp_bench.runs.folder import RunFolder, join
+from grasp_bench.runs.jobs import Job, Settings, Shard, spread
+from grasp_bench.runs.lines import dump
+from grasp_bench.runs.merge import merge
+from grasp_bench.scenario.reading import load_scenario
 
 OBJECTS = [f"object_{i:03}" for i in range(180)]
 RUN = {"format": 1, "predictor": "none", "scenario": {"name": "none"}, "seed": 0, "weights": None,

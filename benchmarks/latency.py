@@ -28,8 +28,8 @@ from rich.progress import Progress
 from rich.table import Table
 
 from grasp_bench.errors import GraspBenchError
-from grasp_bench.evaluation.paper import TABLE_1
 from grasp_bench.networks import NETWORKS, build, info, parameter_count
+from grasp_bench.report.paper import TABLE_1
 
 PRINTED = {row.network: row.milliseconds for row in TABLE_1 if row.network and row.milliseconds}
 """Milliseconds in the HTC-Grasp paper's Table 1."""

@@ -15,7 +15,7 @@ from typing import Any
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[_name] = "1"
 
-from grasp_bench.graphics import without_gl  # noqa: E402
+from grasp_bench.system.graphics import without_gl  # noqa: E402
 
 without_gl()
 
@@ -26,12 +26,12 @@ from mujoco.rollout import rollout  # noqa: E402
 from rich.console import Console  # noqa: E402
 from rich.table import Table  # noqa: E402
 
+from grasp_bench.execution.runner import spread  # noqa: E402
 from grasp_bench.objects.catalog import Catalog  # noqa: E402
 from grasp_bench.predictors import load_predictor  # noqa: E402
-from grasp_bench.runner import spread  # noqa: E402
-from grasp_bench.scenario import load_scenario  # noqa: E402
+from grasp_bench.scenario.reading import load_scenario  # noqa: E402
 from grasp_bench.scene import world as world_module  # noqa: E402
-from grasp_bench.trial import Workcell, run_trial  # noqa: E402
+from grasp_bench.trials.attempt import Workcell, run_trial  # noqa: E402
 
 
 class Recorder:

@@ -13,10 +13,10 @@ import sys
 from pathlib import Path
 
 from grasp_bench.objects.catalog import Catalog
-from grasp_bench.results import find_runs, load_trials
-from grasp_bench.scenario import load_scenario
-from grasp_bench.sweeps.chart import as_svg, words
-from grasp_bench.sweeps.study import Sweep, sweep
+from grasp_bench.runs.folder import find_runs, load_trials
+from grasp_bench.scenario.reading import load_scenario
+from grasp_bench.studies.sweep import Sweep, sweep
+from grasp_bench.studies.sweep_chart import as_svg, words
 
 ROOT = Path(__file__).resolve().parents[1]
 PREDICTORS = ("oracle", "htc-grasp")
@@ -118,8 +118,8 @@ def main() -> None:
     rows = [one.as_csv().splitlines() for one in done]
     lines = [rows[0][0], *(line for table in rows for line in table[1:])]
     (docs / "sensitivity.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    sys.path.insert(0, str(docs))
-    from make_tables import replace  # pyright: ignore[reportMissingImports]
+    sys.path.insert(0, str(ROOT / "scripts"))
+    from make_tables import replace
 
     page = docs / "physics.md"
     text = page.read_text(encoding="utf-8")

@@ -13,7 +13,7 @@ import time
 import numpy as np
 import psutil
 
-from grasp_bench.graphics import LIBRARIES, with_gl, without_gl
+from grasp_bench.system.graphics import LIBRARIES, with_gl, without_gl
 
 
 def main() -> None:
@@ -30,10 +30,10 @@ def main() -> None:
     if args.renderer in LIBRARIES:
         with_gl(args.renderer)
     without_gl()
-    from grasp_bench.executors.processes import WorkerPool
-    from grasp_bench.jobs import Settings, spread
+    from grasp_bench.execution.processes import WorkerPool
     from grasp_bench.objects.catalog import Catalog
-    from grasp_bench.scenario import load_scenario, with_value
+    from grasp_bench.runs.jobs import Settings, spread
+    from grasp_bench.scenario.reading import load_scenario, with_value
 
     catalog, scenario = Catalog(), load_scenario("table4")
     if args.image:

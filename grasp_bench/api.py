@@ -11,16 +11,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grasp_bench.errors import GraspBenchError, PredictorError
-from grasp_bench.graphics import LIBRARIES, resolve_renderer, with_gl, without_gl
-from grasp_bench.results import RUN
-from grasp_bench.runs import Run
+from grasp_bench.runs.folder import RUN
+from grasp_bench.runs.run import Run
+from grasp_bench.system.graphics import LIBRARIES, resolve_renderer, with_gl, without_gl
 
 if TYPE_CHECKING:
-    from grasp_bench.jobs import Shard
+    from grasp_bench.execution.runner import RunSummary
     from grasp_bench.objects.catalog import Catalog, ObjectModel
     from grasp_bench.predictors.protocol import Predictor
-    from grasp_bench.runner import RunSummary
-    from grasp_bench.scenario import Scenario
+    from grasp_bench.runs.jobs import Shard
+    from grasp_bench.scenario.sections import Scenario
 
 PathLike = str | os.PathLike[str]
 OnTrial = Callable[[dict[str, Any], bool], None]
@@ -59,7 +59,7 @@ def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = No
             after the other: no time limit guards it, and a crash in it is yours. What an instance was
             made with is not in the record.
         scenario: a shipped scenario's name, the path of a YAML file, or a
-            :class:`~grasp_bench.scenario.Scenario`.
+            :class:`~grasp_bench.scenario.sections.Scenario`.
         seed: of all that is random.
         workers: processes; one for each core by default.
         out: results folder; by default ``results/PREDICTOR-SCENARIO-seedN``. A predictor used in this
@@ -84,11 +84,12 @@ def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = No
     if renderer in LIBRARIES:
         with_gl(renderer)
     without_gl()
-    from grasp_bench.executors import make_executor
+    from grasp_bench.execution.executors import make_executor
+    from grasp_bench.execution.runner import Settings, Shard, spread
+    from grasp_bench.execution.runner import run as run_trials
     from grasp_bench.media.modes import check_mode
-    from grasp_bench.runner import Settings, Shard, spread
-    from grasp_bench.runner import run as run_trials
-    from grasp_bench.scenario import Scenario, load_scenario
+    from grasp_bench.scenario.reading import load_scenario
+    from grasp_bench.scenario.sections import Scenario
 
     if trials is not None and trials < 1:
         raise GraspBenchError(f"trials must be at least 1, not {trials}")
@@ -211,7 +212,7 @@ def _reporting(progress: bool | OnTrial, total: int) -> Iterator[OnTrial]:
     elif not progress:
         yield lambda record, resumed: None
     else:
-        from grasp_bench.progress import Progress
+        from grasp_bench.system.progress import Progress
 
         with Progress(total) as bar:
             yield bar.update

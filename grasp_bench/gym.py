@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 from grasp_bench.api import PathLike, select_objects
 from grasp_bench.camera import RgbdImage
 from grasp_bench.errors import GraspBenchError
-from grasp_bench.graphics import without_gl
 from grasp_bench.grasps import Grasp, wrap_angle
-from grasp_bench.scenario import Scenario, load_scenario
+from grasp_bench.scenario.reading import load_scenario
+from grasp_bench.scenario.sections import Scenario
+from grasp_bench.system.graphics import without_gl
 
 ENV_ID = "grasp_bench/Grasp-v0"
 HIGHEST = 0.15
@@ -61,8 +62,8 @@ class GraspEnv(gymnasium.Env[Observation, Action]):
     def __init__(self, objects: PathLike | Sequence[str] = "all", scenario: PathLike | Scenario = "table4",
                  size: int = 224, renderer: str = "auto", render_mode: str | None = None) -> None:
         without_gl()
-        from grasp_bench.scene.ec66 import FINGER_STROKE
-        from grasp_bench.trial import Workcell
+        from grasp_bench.robot.ec66 import FINGER_STROKE
+        from grasp_bench.trials.attempt import Workcell
 
         self._catalog, self._names = select_objects(objects)
         chosen = scenario if isinstance(scenario, Scenario) else load_scenario(str(scenario))
@@ -151,7 +152,7 @@ class GraspEnv(gymnasium.Env[Observation, Action]):
 
     def _try(self, name: str, attempt: int, grasps: list[Grasp]) -> Any:
         # The same trial is built for the look and for the grasp: its streams of random numbers are its own.
-        from grasp_bench.trial import run_trial
+        from grasp_bench.trials.attempt import run_trial
 
         return run_trial(self._cell, self._catalog.load(name), _Given(grasps), attempt=attempt)
 

@@ -14,14 +14,15 @@ os.environ["GRASP_BENCH_CACHE"] = tempfile.mkdtemp(prefix="grasp-bench-tests-")
 import pytest
 from hypothesis import settings
 
-from grasp_bench.motion.planner import Planner
-from grasp_bench.objects import poses
-from grasp_bench.objects.build import build_shape, write_manifest
 from grasp_bench.objects.catalog import Catalog, ObjectModel
-from grasp_bench.objects.model import ObjectSpec, Part
-from grasp_bench.objects.poses import build_rest
-from grasp_bench.objects.shapes import box, cylinder, move, sphere
-from grasp_bench.scenario import Camera, Scenario, load_scenario
+from grasp_bench.planning.planner import Planner
+from grasp_bench.scenario.reading import load_scenario
+from grasp_bench.scenario.sections import Camera, Scenario
+from grasp_bench.workshop import poses
+from grasp_bench.workshop.build import build_shape, write_manifest
+from grasp_bench.workshop.model import ObjectSpec, Part
+from grasp_bench.workshop.poses import build_rest
+from grasp_bench.workshop.shapes import box, cylinder, move, sphere
 
 # A shell's background job ignores Ctrl-C, and so would all that the tests start and then interrupt.
 signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -12,13 +12,13 @@ import pytest
 from scipy.ndimage import maximum_filter, minimum_filter
 
 from grasp_bench.objects.catalog import ObjectModel
-from grasp_bench.scenario import Scenario
+from grasp_bench.scenario.sections import Scenario
+from grasp_bench.scenario.seeding import Purpose, stream
 from grasp_bench.scene.builder import compile_scene
 from grasp_bench.scene.rendering import Picture, SceneCamera
 from grasp_bench.scene.sensor import sense
 from grasp_bench.scene.world import World
-from grasp_bench.seeding import Purpose, stream
-from grasp_bench.trial import put_down
+from grasp_bench.trials.attempt import put_down
 
 TEXT = (Path(__file__).parents[1] / "docs" / "definition.md").read_text(encoding="utf-8")
 

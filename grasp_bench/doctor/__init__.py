@@ -1,1 +1,1 @@
-"""Self-checks: is this machine fit to measure, and does a finished run repeat on it?"""
+"""Is this machine, run, predictor or physics fit?"""

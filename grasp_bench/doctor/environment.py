@@ -9,8 +9,8 @@ from importlib.metadata import PackageNotFoundError, version
 
 from grasp_bench.doctor.checks import Check, State
 from grasp_bench.errors import AssetError
-from grasp_bench.machine import cpu_name, usable_cores
-from grasp_bench.paths import constraints_file
+from grasp_bench.system.machine import cpu_name, usable_cores
+from grasp_bench.system.paths import constraints_file
 
 
 def check_environment() -> list[Check]:
@@ -61,7 +61,7 @@ def _machine() -> Check:
 
 
 def _versions() -> list[Check]:
-    from grasp_bench.runner import PINNED
+    from grasp_bench.execution.runner import PINNED
 
     try:
         tested = tested_versions()
@@ -86,7 +86,7 @@ def _public(text: str) -> str:
 
 
 def _graphics() -> Check:
-    from grasp_bench.graphics import VARIABLE, available
+    from grasp_bench.system.graphics import VARIABLE, available
 
     libraries = available()
     detail = f"raycast (what auto means), {', '.join(libraries)}" if libraries else \
@@ -127,8 +127,8 @@ def _objects() -> Check:
 
 
 def _weights() -> Check:
-    from grasp_bench.integrity import check_manifest, sha256
     from grasp_bench.predictors import BUILT_IN
+    from grasp_bench.system.integrity import check_manifest, sha256
 
     needed = sorted({e.file for e in BUILT_IN.values() if e.file})
     missing = [path.name for path in needed if not path.is_file()]

@@ -9,15 +9,15 @@ from typing import Any
 
 from grasp_bench.doctor.checks import Check, State
 from grasp_bench.errors import ResultsError, UnknownNameError
-from grasp_bench.executors import Executor
-from grasp_bench.identity import ORIGIN, differences
-from grasp_bench.jobs import Job, Jobs, Settings, spread
+from grasp_bench.execution.executors import Executor
+from grasp_bench.execution.runner import carry_out, describe
 from grasp_bench.objects.catalog import Catalog
-from grasp_bench.outcomes import Outcome
-from grasp_bench.records import dump, scan
-from grasp_bench.results import RUN, TRIALS, load_run, tried
-from grasp_bench.runner import carry_out, describe
-from grasp_bench.scenario import parse_scenario
+from grasp_bench.runs.differences import ORIGIN, differences
+from grasp_bench.runs.folder import RUN, TRIALS, load_run, tried
+from grasp_bench.runs.jobs import Job, Jobs, Settings, spread
+from grasp_bench.runs.lines import dump, scan
+from grasp_bench.scenario.outcomes import Outcome
+from grasp_bench.scenario.reading import parse_scenario
 
 MEANINGS = {
     "scenario": "this version reads the scenario differently: results of the two must not be mixed",

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.camera import CameraPose, RgbdImage
-from grasp_bench.scenario import Table
+from grasp_bench.scenario.sections import Table
 
 
 def point_cloud(image: RgbdImage, pose: CameraPose, step: int = 2,

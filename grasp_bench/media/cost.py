@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from grasp_bench.media.store import FOLDER, faults
-from grasp_bench.results import iter_timings
+from grasp_bench.runs.folder import iter_timings
 
 
 def describe_cost(run: Path) -> str:

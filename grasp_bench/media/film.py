@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.camera import CameraPose, Intrinsics
-from grasp_bench.scenario import Scenario
+from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import compile_scene
 from grasp_bench.scene.rendering import SHOWN_GROUPS, Picture, box_corners, raycast
 
@@ -60,7 +60,7 @@ class Filmer:
         size: width and height in pixels.
         view: where from; :func:`side_view` unless given.
         opengl: draw with MuJoCo's OpenGL renderer, for which a library must have been chosen by
-            :func:`grasp_bench.graphics.with_gl`.
+            :func:`grasp_bench.system.graphics.with_gl`.
     """
 
     def __init__(self, model: mujoco.MjModel, scenario: Scenario, size: tuple[int, int],

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Protocol
 
-from grasp_bench.jobs import Settings
+from grasp_bench.runs.jobs import Settings
 from grasp_bench.scene.world import World
-from grasp_bench.trial import Trial
+from grasp_bench.trials.attempt import Trial
 
 
 class TrialRecorder(Protocol):

@@ -34,7 +34,7 @@ class Moment:
 
 @dataclass
 class Recording:
-    """An observer for :func:`grasp_bench.trial.run_trial` that keeps every ``every``-th sample.
+    """An observer for :func:`grasp_bench.trials.attempt.run_trial` that keeps every ``every``-th sample.
 
     Attributes:
         every: samples of the arm's motion (4 ms in the shipped scenarios) from one moment to the next.

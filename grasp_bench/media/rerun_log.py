@@ -22,11 +22,11 @@ from grasp_bench.media.meshes import Stage
 from grasp_bench.media.recording import Recording
 from grasp_bench.media.store import FOLDER, note_fault, stem
 from grasp_bench.media.takes import Take
-from grasp_bench.scenario import Scenario
+from grasp_bench.robot.ec66 import JOINT_NAMES
+from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import ARM_PREFIX, GRIPPER_PREFIX
-from grasp_bench.scene.ec66 import JOINT_NAMES
 from grasp_bench.scene.world import World
-from grasp_bench.trial import Trial
+from grasp_bench.trials.attempt import Trial
 
 APPLICATION = "grasp-bench"
 EVERY = 5

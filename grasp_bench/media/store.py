@@ -20,9 +20,9 @@ from grasp_bench.media.film import Filmer
 from grasp_bench.media.pictures import TILE, Rgb
 from grasp_bench.media.recording import Recording
 from grasp_bench.media.takes import Take
-from grasp_bench.scenario import Scenario
+from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.world import World
-from grasp_bench.trial import Trial
+from grasp_bench.trials.attempt import Trial
 
 FOLDER = "media"
 CLIP_SIZE = (208, 156)

@@ -13,8 +13,8 @@ from grasp_bench.errors import GraspBenchError
 from grasp_bench.grasps import GraspMaps
 from grasp_bench.media.pictures import Rgb, crop_for, depth, proposed, seen
 from grasp_bench.media.recording import Moment, Recording, moment
-from grasp_bench.outcomes import Outcome
-from grasp_bench.trial import Trial
+from grasp_bench.scenario.outcomes import Outcome
+from grasp_bench.trials.attempt import Trial
 
 
 @dataclass(frozen=True)

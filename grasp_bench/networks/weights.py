@@ -16,9 +16,9 @@ from safetensors.torch import save as to_bytes
 from torch import nn
 
 from grasp_bench.errors import AssetError
-from grasp_bench.integrity import check_manifest, missing_weights, sha256, weights_path, write_whole
 from grasp_bench.networks import build, info
 from grasp_bench.networks.packing import packed, unpacked
+from grasp_bench.system.integrity import check_manifest, missing_weights, sha256, weights_path, write_whole
 
 _KEY = "grasp_bench"
 LARGEST = 12_000_000

@@ -1,1 +1,1 @@
-"""Objects: authoring, decomposition, catalog and import."""
+"""The objects to be grasped, as they are shipped."""

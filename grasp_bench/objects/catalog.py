@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.errors import AssetError, UnknownNameError
-from grasp_bench.integrity import MANIFEST, sha256
-from grasp_bench.paths import assets_dir
+from grasp_bench.system.integrity import MANIFEST, sha256
+from grasp_bench.system.paths import assets_dir
 
 if TYPE_CHECKING:  # type checkers do not see that a cached_property meets a protocol's property
     from builtins import property as cached_property
@@ -51,7 +51,7 @@ class ReferenceGrasp:
         axis: (3,) unit jaw opening direction, horizontal when the object rests in its pose.
         width: opening of the jaws before closing [m].
         top: height above the table of what is grasped [m].
-        score: larger is better; see :mod:`grasp_bench.objects.poses`.
+        score: larger is better; see :mod:`grasp_bench.workshop.poses`.
     """
 
     tip: Floats

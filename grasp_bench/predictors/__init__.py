@@ -51,7 +51,7 @@ class Entry:
     @property
     def file(self) -> Path | None:
         """Where the weights it needs lie."""
-        from grasp_bench.integrity import weights_path
+        from grasp_bench.system.integrity import weights_path
 
         return None if self.weights is None else weights_path(self.weights)
 

@@ -30,7 +30,7 @@ class Oracle(PrivilegedPredictor):
     """Upper bound: the object's reference grasps, placed with its true pose.
 
     Reference grasps are antipodal places on the true mesh that held in physics when the
-    object was built; see :mod:`grasp_bench.objects.poses`.
+    object was built; see :mod:`grasp_bench.workshop.poses`.
     """
 
     def predict_from_truth(self, image: RgbdImage, truth: GroundTruth) -> list[Grasp]:

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from grasp_bench.errors import PredictorError
-from grasp_bench.integrity import check_manifest, missing_weights, sha256
 from grasp_bench.predictors import ADDRESSES, BUILT_IN, COMMAND, installed, load_predictor, python_path
+from grasp_bench.system.integrity import check_manifest, missing_weights, sha256
 
 
 def identify(name: str, predictor: object = None) -> dict[str, Any] | None:

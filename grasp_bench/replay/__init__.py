@@ -1,1 +1,1 @@
-"""Trials done again from their records: verified, told, and shown."""
+"""A recorded trial done again, to be looked at."""

@@ -7,23 +7,24 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from grasp_bench.clutter import run_episode
 from grasp_bench.errors import ResultsError
-from grasp_bench.identity import ORIGIN, differences
-from grasp_bench.jobs import Job, Settings, spread
+from grasp_bench.execution.runner import describe
 from grasp_bench.media.recording import Recording
 from grasp_bench.media.takes import Take
 from grasp_bench.objects.catalog import Catalog
-from grasp_bench.outcomes import HARNESS_FAULTS
 from grasp_bench.predictors import load_predictor
 from grasp_bench.predictors.identity import identify
 from grasp_bench.predictors.protocol import Predictor
-from grasp_bench.records import dump, scan
-from grasp_bench.results import TRIALS, load_run, tried
-from grasp_bench.runner import describe
-from grasp_bench.scenario import Scenario, parse_scenario
+from grasp_bench.runs.differences import ORIGIN, differences
+from grasp_bench.runs.folder import TRIALS, load_run, tried
+from grasp_bench.runs.jobs import Job, Settings, spread
+from grasp_bench.runs.lines import dump, scan
+from grasp_bench.scenario.outcomes import HARNESS_FAULTS
+from grasp_bench.scenario.reading import parse_scenario
+from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.world import World
-from grasp_bench.trial import Trial, Workcell, run_trial
+from grasp_bench.trials.attempt import Trial, Workcell, run_trial
+from grasp_bench.trials.episode import run_episode
 
 CAUSES = ("implementation", "objects", "weights", "versions", *ORIGIN)
 """Keys of ``run.json`` that a replay cannot take from the record, but only from this installation."""

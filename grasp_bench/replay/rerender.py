@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from grasp_bench.executors import make_executor
-from grasp_bench.jobs import Job
+from grasp_bench.execution.executors import make_executor
+from grasp_bench.execution.runner import carry_out
 from grasp_bench.media.store import Media, faults, find, remove, wanted
-from grasp_bench.outcomes import HARNESS_FAULTS
-from grasp_bench.records import dump, scan
 from grasp_bench.replay.rebuild import job_of, settings_of
-from grasp_bench.results import TRIALS, load_run
-from grasp_bench.runner import carry_out
+from grasp_bench.runs.folder import TRIALS, load_run
+from grasp_bench.runs.jobs import Job
+from grasp_bench.runs.lines import dump, scan
+from grasp_bench.scenario.outcomes import HARNESS_FAULTS
 
 
 @dataclass(frozen=True)

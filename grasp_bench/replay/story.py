@@ -10,7 +10,7 @@ import numpy as np
 from grasp_bench.media.recording import Moment
 from grasp_bench.media.takes import Take
 from grasp_bench.replay.rebuild import Replay
-from grasp_bench.trial import Trial
+from grasp_bench.trials.attempt import Trial
 
 
 def story(replay: Replay) -> list[str]:

@@ -18,7 +18,7 @@ from grasp_bench.errors import GraspBenchError
 from grasp_bench.media.film import Filmer
 from grasp_bench.media.takes import Take
 from grasp_bench.replay.rebuild import Replay
-from grasp_bench.scenario import Scenario
+from grasp_bench.scenario.sections import Scenario
 
 Rgb = NDArray[np.uint8]
 RATES = {".mp4": 25.0, ".webm": 25.0, ".mkv": 25.0, ".mov": 25.0, ".gif": 12.5, ".webp": 12.5}

@@ -1,1 +1,1 @@
-"""Reports: Table 4 of the paper beside the runs of this benchmark."""
+"""Records into words: tables, the HTML report, the gate and the leaderboard."""

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-from grasp_bench.stats import wilson
+from grasp_bench.runs.statistics import wilson
 
 
 def summarise_clutter(episodes: Sequence[dict[str, Any]], trials: int) -> dict[str, Any]:

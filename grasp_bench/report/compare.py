@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
-from grasp_bench.runs import Run
-from grasp_bench.stats import mcnemar
+from grasp_bench.runs.run import Run
+from grasp_bench.runs.statistics import mcnemar
 
 
 @dataclass(frozen=True)

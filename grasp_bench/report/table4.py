@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from grasp_bench.report.clutter import summarise_clutter
-from grasp_bench.results import iter_timings, load_records, load_run
-from grasp_bench.stats import wilson
+from grasp_bench.runs.folder import iter_timings, load_records, load_run
+from grasp_bench.runs.statistics import wilson
 
 NOTE = ("Rows marked “paper” are real-robot results as printed in Table 4 of the HTC-Grasp paper: other "
         "robots, other objects, other success rules. They are not directly comparable with the simulated "

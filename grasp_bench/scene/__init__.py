@@ -1,1 +1,1 @@
-"""Robot, camera and object in one simulated scene."""
+"""Robot, table, objects and camera in MuJoCo."""

@@ -20,9 +20,9 @@ import mujoco
 import numpy as np
 
 from grasp_bench.objects.catalog import ObjectModel, VisualPart
-from grasp_bench.paths import assets_dir
-from grasp_bench.scenario import Scenario
+from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.hulls import merged
+from grasp_bench.system.paths import assets_dir
 
 OBJECT = "object"
 TABLE = "table"

@@ -13,7 +13,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from grasp_bench.scenario import Scenario
+from grasp_bench.robot.ec66 import FINGER_STROKE, FLANGE_TO_TCP
+from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import (
     PADS,
     SceneObject,
@@ -23,7 +24,6 @@ from grasp_bench.scene.builder import (
     part_file,
     set_gripper,
 )
-from grasp_bench.scene.ec66 import FINGER_STROKE, FLANGE_TO_TCP
 
 Floats = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from grasp_bench.camera import CameraPose, Intrinsics
 from grasp_bench.errors import GraspBenchError
-from grasp_bench.graphics import resolve_renderer, with_gl
+from grasp_bench.system.graphics import resolve_renderer, with_gl
 
 FAR = 10.0
 """Rays that hit nothing within this distance are invalid [m]."""
@@ -62,7 +62,7 @@ class SceneCamera:
 
     Args:
         intrinsics, pose: of the camera.
-        renderer: one of :data:`~grasp_bench.graphics.RENDERERS`.
+        renderer: one of :data:`~grasp_bench.system.graphics.RENDERERS`.
     """
 
     def __init__(self, intrinsics: Intrinsics, pose: CameraPose, renderer: str = "auto") -> None:

@@ -1,7 +1,7 @@
 """A model of what an RGB-D camera makes of a perfect picture.
 
-Terms, each seeded and each with its parameters in the scenario (:class:`grasp_bench.sensors.Sensor`, whose
-module names the sources of the presets). In the order in which they are applied to depth:
+Terms, each seeded and each with its parameters in the scenario (:class:`grasp_bench.scenario.sensors.Sensor`,
+whose module names the sources of the presets). In the order in which they are applied to depth:
 
 * *Lateral jitter*: every pixel looks ``lateral_sigma_px`` beside where it should.
 * *Mixed pixels*: beside a depth step larger than ``edge_step`` a pixel sees both surfaces and reports, with
@@ -31,8 +31,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.camera import Intrinsics, RgbdImage
+from grasp_bench.scenario.sensors import Sensor
 from grasp_bench.scene.rendering import Picture, Surfaces
-from grasp_bench.sensors import Sensor
 
 Image = NDArray[np.float32]
 Mask = NDArray[np.bool_]

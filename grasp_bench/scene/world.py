@@ -11,10 +11,10 @@ from mujoco.rollout import rollout
 from numpy.typing import NDArray
 
 from grasp_bench.grasps import GraspPose
-from grasp_bench.motion.trajectory import Trajectory
-from grasp_bench.scenario import Scenario
+from grasp_bench.robot.ec66 import FINGER_STROKE, HOME, JOINT_NAMES
+from grasp_bench.robot.trajectory import Trajectory
+from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import ARM_PREFIX, GRIPPER_PREFIX, GROUND, OBJECT
-from grasp_bench.scene.ec66 import FINGER_STROKE, HOME, JOINT_NAMES
 
 Floats = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import plotly.graph_objects as go
 
-from grasp_bench.outcomes import Outcome
+from grasp_bench.scenario.outcomes import Outcome
 
 OUTCOMES = [str(o) for o in Outcome]
 

@@ -1,0 +1,93 @@
+"""The command line. Commands are thin: parse, call, print; heavy imports wait until needed.
+
+Exit codes: 0 success · 1 the run finished, but with more harness errors than allowed ·
+2 bad input, nothing was measured or lost · 130 interrupted; the same command goes on.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from grasp_bench.errors import GraspBenchError
+
+app = typer.Typer(
+    name="grasp-bench", no_args_is_help=True, rich_markup_mode="rich", pretty_exceptions_enable=False,
+    help="How often does a grasp predictor really lift the object, on an EC66 arm, seen by a depth "
+         "camera?\n\n"
+         "Start with [bold]grasp-bench run --objects all --trials 180[/bold], then "
+         "[bold]grasp-bench report results/[/bold].")
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from grasp_bench import __version__
+
+        typer.echo(f"grasp-bench {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def common(
+    version: Annotated[bool, typer.Option(
+        "--version", callback=_print_version, is_eager=True, help="Print the version and exit.")] = False,
+) -> None:
+    """Options of the command itself."""
+
+
+def _register() -> None:
+    from grasp_bench.cli.check import check_command
+    from grasp_bench.cli.data import export_command, info_command, show_command, synth_command
+    from grasp_bench.cli.doctor import doctor_command
+    from grasp_bench.cli.evaluate import bench_table_command, evaluate_command
+    from grasp_bench.cli.leaderboard import leaderboard_app
+    from grasp_bench.cli.merge import merge_command
+    from grasp_bench.cli.objects import objects_app
+    from grasp_bench.cli.predictors import predictors_app, serve_command
+    from grasp_bench.cli.replay import replay_command
+    from grasp_bench.cli.report import report_command
+    from grasp_bench.cli.run import run_command
+    from grasp_bench.cli.scenarios import scenarios_app
+    from grasp_bench.cli.sweep import sweep_command
+    from grasp_bench.cli.train import train_command
+
+    app.command("run")(run_command)
+    app.command("report")(report_command)
+    app.add_typer(objects_app, name="objects")
+    app.add_typer(scenarios_app, name="scenarios")
+    app.add_typer(leaderboard_app, name="leaderboard")
+    app.add_typer(predictors_app, name="predictors")
+    app.command("serve")(serve_command)
+    data = typer.Typer(no_args_is_help=True, help="Make training data, and look at it.")
+    data.command("synth")(synth_command)
+    data.command("show")(show_command)
+    data.command("export")(export_command)
+    data.command("info")(info_command)
+    app.add_typer(data, name="data")
+    app.command("sweep")(sweep_command)
+    app.command("train")(train_command)
+    app.command("evaluate")(evaluate_command)
+    app.command("bench-table")(bench_table_command)
+    app.command("replay")(replay_command)
+    app.command("doctor")(doctor_command)
+    app.command("merge")(merge_command)
+    app.command("check")(check_command)
+
+
+_register()
+
+
+def main() -> None:
+    """Entry point: one clear line for what is wrong, never a traceback for bad input."""
+    try:
+        app(prog_name="grasp-bench")
+    except GraspBenchError as error:
+        typer.echo(f"Error: {error}", err=True)
+        sys.exit(2)
+    except (KeyboardInterrupt, SystemExit) as end:
+        if isinstance(end, SystemExit) and end.code != 130:  # Typer turns Ctrl-C into an exit with 130
+            raise
+        typer.echo("Stopped. What was measured is kept; the same command goes on from here.", err=True)
+        sys.exit(130)

@@ -1,0 +1,63 @@
+"""``grasp-bench check``: the CI gate."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def check_command(
+    new: Annotated[Path, typer.Argument(help="Folder of the new run.")],
+    baseline: Annotated[Path, typer.Option(help="Folder of the old run, of the same trials.")],
+    margin: Annotated[float, typer.Option(
+        help="Drop of the success rate that would matter; 0.03 is three points.")] = 0.03,
+    alpha: Annotated[float, typer.Option(help="Level of both tests.")] = 0.05,
+    exact: Annotated[bool, typer.Option(
+        "--exact", help="Demand identical records, as a pinned stack on one kind of machine gives.")] = False,
+    strict: Annotated[bool, typer.Option(
+        "--strict", help="Exit with 1 when inconclusive, too: demand that a drop of the margin is excluded.",
+    )] = False,
+    junit: Annotated[Path | None, typer.Option(help="Write JUnit XML to this file.")] = None,
+    markdown: Annotated[Path | None, typer.Option(
+        help="Append a Markdown summary to this file, e.g. $GITHUB_STEP_SUMMARY.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+) -> None:
+    """Did the success rate drop? Compares two runs of the same trials, pair by pair.
+
+    [bold]no regression[/bold] (exit 0): a drop of the margin or more is excluded at level alpha, by the lower
+    limit of Tango's score interval for paired rates.
+
+    [bold]regression[/bold] (exit 1): not so, and a drop is proven at level alpha, by McNemar's exact
+    one-sided test.
+
+    [bold]inconclusive[/bold] (exit 0; 1 with --strict): neither. So many trials can neither prove a drop nor
+    exclude one of the margin; the power that is printed says what they can see.
+
+    With --exact: [bold]identical[/bold] (exit 0) or [bold]different[/bold] (exit 1).
+
+    Exit 2: not comparable, because scenario, objects, seed or trials are not the same, or trials are missing.
+
+    Example: grasp-bench check results/new --baseline results/old
+    """
+    from grasp_bench.errors import GraspBenchError
+    from grasp_bench.report.gate import Verdict, check
+    from grasp_bench.report.gate_text import as_junit, as_markdown, as_text
+
+    checked = check(new, baseline, margin, alpha, exact)
+    try:
+        if junit is not None:
+            junit.write_bytes(as_junit(checked))
+        if markdown is not None:
+            with markdown.open("a", encoding="utf-8") as file:
+                file.write(as_markdown(checked))
+    except OSError as error:
+        raise GraspBenchError(f"{error.filename} cannot be written ({error.strerror}).") from error
+    if as_json:
+        typer.echo(json.dumps(checked.to_json(), ensure_ascii=False))
+    else:
+        typer.echo(as_text(checked), nl=False)
+    if checked.failed or (strict and checked.verdict is Verdict.INCONCLUSIVE):
+        raise typer.Exit(1)

@@ -1,0 +1,37 @@
+"""What the shell offers for names: predictors, scenarios, objects and categories."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from grasp_bench.errors import GraspBenchError
+
+
+def _starting(incomplete: str, names: Iterable[str]) -> list[str]:
+    return [n for n in sorted(set(names)) if n.startswith(incomplete)]
+
+
+def predictors(incomplete: str) -> list[str]:
+    """Shipped predictors that start so."""
+    from grasp_bench.predictors import BUILT_IN
+
+    return _starting(incomplete, BUILT_IN)
+
+
+def scenarios(incomplete: str) -> list[str]:
+    """Shipped scenarios that start so."""
+    from grasp_bench.scenario.reading import scenario_names
+
+    return _starting(incomplete, scenario_names())
+
+
+def objects(incomplete: str) -> list[str]:
+    """Objects and categories that go on so; in a comma-separated list, its last word."""
+    from grasp_bench.objects.catalog import Catalog
+
+    before, comma, last = incomplete.rpartition(",")
+    try:
+        catalog = Catalog()
+    except GraspBenchError:
+        return []
+    return [before + comma + n for n in _starting(last, ["all", *catalog.names, *catalog.categories])]

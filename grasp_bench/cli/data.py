@@ -1,0 +1,108 @@
+"""``grasp-bench data``: generates synthetic training scenes and shows samples of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+
+def synth_command(
+    scenes: Annotated[int, typer.Option(help="Scenes that the folder shall hold.", min=1)] = 1000,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder of the data set.")] = Path("data/synth"),
+    seed: Annotated[int, typer.Option(help="Seed; the same seed gives the same scenes.", min=0)] = 1,
+    workers: Annotated[int, typer.Option(help="Processes.", min=1)] = 2,
+    tries: Annotated[int, typer.Option(help="Grasps tried in physics per scene.", min=0)] = 20,
+) -> None:
+    """Generate synthetic training scenes of random shapes.
+
+    The same command goes on where a stopped one ended; scenes already there are kept.
+    """
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from grasp_bench.learning.data.generate import calibration, generate
+    from grasp_bench.learning.data.synthetic import SynthConfig
+
+    console = Console()
+    columns = (TextColumn("scenes"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(),
+               TextColumn("{task.fields[state]}"))
+    tally = {"there": 0, "made": 0, "tries": 0}
+    config = SynthConfig(tries=tries)
+    with Progress(*columns, console=console) as progress:
+        task = progress.add_task("", total=scenes, state="")
+
+        def report(entry: dict[str, Any] | None, fresh: bool) -> None:
+            tally["there"] += entry is not None
+            if fresh:
+                tally["made"] += entry is not None
+                tally["tries"] += entry["tried"] if entry else 0
+            seconds = max(progress.tasks[task].elapsed or 0, 1e-3)
+            progress.update(task, advance=1, state=f"{3600 * tally['made'] / seconds:.0f} scenes/h, "
+                                                   f"{tally['tries'] / seconds:.1f} tries/s")
+            if fresh and not console.is_terminal and tally["there"] % 50 == 0:
+                console.print(f"{tally['there']} of {scenes}: {progress.tasks[task].fields['state']}")
+
+        made = generate(out, scenes, seed, config, workers, report)
+    for index, reason in made.failed.items():
+        console.print(f"[red]scene {index} failed: {reason}[/red]")
+    console.print(f"{len(made.entries)} scenes in {out}. Grasps that held, by quality of the analysis:")
+    for edge, count, share in calibration(out, made.entries):
+        console.print(f"  up to {edge:.1f}: {100 * share:5.1f} % of {count}")
+
+
+def show_command(
+    folder: Annotated[Path, typer.Argument(help="Folder of a data set.")],
+    count: Annotated[int, typer.Option(help="Scenes to show.", min=1)] = 8,
+    out: Annotated[Path, typer.Option("--out", "-o", help="PNG to write.")] = Path("samples.png"),
+) -> None:
+    """Draw samples of a data set: colour with good grasps, depth, quality and angle.
+
+    Shows generated scenes, and Cornell or Jacquard as training sees them.
+    """
+    from grasp_bench.learning.data.pictures import sample_sheet
+
+    shown = sample_sheet(folder, count, out)
+    typer.echo(f"{out}: scenes {', '.join(shown)}")
+
+
+def export_command(
+    folder: Annotated[Path, typer.Argument(help="Folder of generated scenes.")],
+    out: Annotated[Path, typer.Argument(help="Folder to write.")],
+    layout: Annotated[Literal["jacquard"], typer.Option(
+        "--format", help="Jacquard's files: RGB, perfect and noisy depth, mask, grasps.")] = "jacquard",
+    size: Annotated[int, typer.Option(help="Side of the images [px]; Jacquard's is 1024.", min=32)] = 1024,
+    limit: Annotated[int | None, typer.Option(help="Scenes at most.", min=1)] = None,
+) -> None:
+    """Write generated scenes in another data set's layout, so that other trainers can read them.
+
+    The same command goes on where a stopped one ended.
+    """
+    from grasp_bench.learning.data.export import export_jacquard
+
+    written, empty = export_jacquard(folder, out, size, limit)
+    typer.echo(f"{written} scenes in {out} in the layout of {layout}; {empty} left out, "
+               "in which no grasp held.")
+
+
+def info_command(
+    folder: Annotated[Path, typer.Argument(help="Root of a Cornell or Jacquard copy.")],
+    folds: Annotated[int, typer.Option(help="Folds to make by objects, to show how.", min=1)] = 5,
+) -> None:
+    """Say what a copy of Cornell or Jacquard holds, reading all of it: images, objects, labels, faults."""
+    from grasp_bench.learning.data.folds import make_folds
+    from grasp_bench.learning.data.rectangles import open_collection
+
+    found = open_collection(folder)
+    typer.echo(found.describe())
+    labels = dropped = 0
+    for entry in found.entries:
+        sample = found.load(entry)
+        labels += len(sample.rectangles)
+        dropped += sample.dropped
+    typer.echo(f"{labels} rectangles; {dropped} dropped because of NaN or no area.")
+    objects = [e.object for e in found.entries]
+    most = len(set(objects)) if found.knows_objects else len(objects)
+    made = make_folds(objects, min(folds, most), "object")
+    typer.echo(f"{made.how[0].upper()}{made.how[1:]}: {', '.join(str(len(t)) for t in made.test)} images.")

@@ -1,0 +1,69 @@
+"""``grasp-bench doctor``: is this machine fit to measure, and does a finished run repeat on it?"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from grasp_bench.system.graphics import LIBRARIES, with_gl, without_gl
+
+
+def doctor_command(
+    run: Annotated[Path | None, typer.Argument(
+        help="A finished run's folder; without it, the environment is checked.")] = None,
+    trials: Annotated[int, typer.Option(
+        min=1, help="How many trials of RUN are done again, spread evenly over it.")] = 5,
+    objects: Annotated[Path | None, typer.Option(
+        help="Folder of RUN's objects, where they are not the shipped ones.")] = None,
+    physics: Annotated[bool, typer.Option(
+        "--physics", help="Compare the physics with closed forms; takes about a minute.")] = False,
+    full: Annotated[bool, typer.Option(
+        "--full", help="With --physics: the oracle's trials of all objects at two time steps.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+) -> None:
+    """Check the installation, or do some trials of RUN again and compare them byte for byte.
+
+    Where versions, objects, weights, renderer or processor are not those of RUN, it says so, and what that
+    means for its numbers.
+
+    Exit codes: 0 all is well · 1 something is wrong or did not repeat · 2 bad input.
+
+    Example: grasp-bench doctor results/htc-grasp-table4-seed0
+    """
+    if full and not physics:
+        raise typer.BadParameter("--full goes with --physics", param_hint="--full")
+    if physics:
+        without_gl()
+        from grasp_bench.cli.physics import check_physics
+
+        raise typer.Exit(0 if check_physics(full, as_json) else 1)
+    from rich.console import Console
+
+    from grasp_bench.doctor.checks import healthy, show
+
+    if run is None:
+        without_gl()
+        from grasp_bench.doctor.environment import check_environment
+
+        title, checks = "Environment", check_environment()
+    else:
+        from grasp_bench.runs.folder import load_run
+
+        renderer = load_run(run)["renderer"]
+        if renderer in LIBRARIES:
+            with_gl(renderer)
+        without_gl()
+        from grasp_bench.doctor.rerun import rerun
+        from grasp_bench.execution.executors import make_executor
+
+        found = rerun(run, trials, make_executor("process", 1), objects)
+        title, checks = f"{run}, then and now", found.checks
+    if as_json:
+        typer.echo(json.dumps([c.to_json() for c in checks], ensure_ascii=False))
+    else:
+        show(title, checks, Console())
+    if not healthy(checks):
+        raise typer.Exit(1)

@@ -1,0 +1,42 @@
+"""``grasp-bench doctor --physics``."""
+
+from __future__ import annotations
+
+import json
+import os
+
+import typer
+
+
+def check_physics(full: bool, as_json: bool) -> bool:
+    """Run the self-tests, print them, and say whether all passed.
+
+    Args:
+        full: with the oracle's trials of all objects, twice.
+        as_json: print JSON instead of a table.
+    """
+    from rich.console import Console
+    from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    from grasp_bench.doctor.physics.suite import QUICK, judged, table, trials
+    from grasp_bench.objects.catalog import Catalog
+    from grasp_bench.scenario.reading import load_scenario
+
+    scenario = load_scenario("table4")
+    checks = []
+    bar = Progress(TextColumn("{task.description}"), MofNCompleteColumn(), TimeElapsedColumn(),
+                   console=Console(stderr=True), transient=True)
+    with bar:
+        task = bar.add_task("Self-tests", total=len(QUICK))
+        for test in QUICK:
+            bar.update(task, description=test.__name__.capitalize())
+            checks += test(scenario)
+            bar.advance(task)
+        if full:
+            task = bar.add_task("Trials of the oracle", total=2 * len(Catalog().names))
+            checks += judged(trials(scenario, os.cpu_count() or 1, progress=lambda: bar.advance(task)))
+    if as_json:
+        typer.echo(json.dumps([c.to_json() for c in checks], ensure_ascii=False))
+    else:
+        Console().print(table(checks))
+    return all(c.passed for c in checks)

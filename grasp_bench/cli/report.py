@@ -1,0 +1,74 @@
+"""``grasp-bench report``: the runs of a folder as tables, JSON or a page."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from grasp_bench.errors import GraspBenchError
+
+
+def report_command(
+    folder: Annotated[Path, typer.Argument(
+        help="A run's folder, or one that holds several.")] = Path("results"),
+    fmt: Annotated[str, typer.Option("--format", help="table, markdown, json or html.")] = "table",
+    out: Annotated[Path | None, typer.Option(
+        help="Write to this file instead of the terminal; html: FOLDER/report.html by default.")] = None,
+    render: Annotated[str, typer.Option(
+        help="html: make missing pictures and clips by doing trials again: none, failures or all.")] = "none",
+    max_mb: Annotated[float, typer.Option(
+        min=3, help="html: leave out pictures that would make the file larger; failures come first.")] = 15,
+    objects: Annotated[Path | None, typer.Option(
+        help="html: folder of the objects' catalogue, if not the shipped one.")] = None,
+) -> None:
+    """Print Table 4 of the paper with the runs of FOLDER beside it, and how their trials ended."""
+    from grasp_bench.errors import UnknownNameError
+    from grasp_bench.report.table4 import build_report
+    from grasp_bench.runs.folder import find_runs
+
+    formats = ("table", "markdown", "json", "html")
+    if fmt not in formats:
+        raise UnknownNameError("report format", fmt, formats)
+    if fmt == "html":
+        from grasp_bench.replay.missing import render_missing
+        from grasp_bench.report.html.page import describe, write_html
+
+        render_missing(find_runs(folder), render, objects)
+        written = write_html(find_runs(folder), out or folder / "report.html", folder, objects,
+                             round(1_000_000 * max_mb))
+        typer.echo(describe(written))
+        return
+    content = build_report(find_runs(folder), folder)
+    if fmt == "table" and out is None:
+        from rich.console import Console
+
+        from grasp_bench.report.text import show
+
+        show(content, Console())
+        return
+    if fmt == "json":
+        text = json.dumps(content, indent=1, ensure_ascii=False) + "\n"
+    elif fmt == "markdown":
+        from grasp_bench.report.text import as_markdown
+
+        text = as_markdown(content)
+    else:
+        from rich.console import Console
+
+        from grasp_bench.report.text import show
+
+        console = Console(record=True, width=120, quiet=True)
+        console.quiet = False
+        with console.capture() as capture:
+            show(content, console)
+        text = capture.get()
+    if out is None:
+        typer.echo(text, nl=False)
+    else:
+        try:
+            out.write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise GraspBenchError(f"{out} cannot be written ({error.strerror}).") from error

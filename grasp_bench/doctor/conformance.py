@@ -1,0 +1,241 @@
+"""Does a predictor keep to the protocol? A few canned images, and what is wrong with its answers.
+
+How well it grasps is not judged here: that takes a run.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grasp_bench.camera import Intrinsics, RgbdImage
+from grasp_bench.errors import PredictorError
+from grasp_bench.grasps import Grasp, angle_difference, wrap_angle
+from grasp_bench.predictors.protocol import Predictor, PrivilegedPredictor, checked
+
+Mask = NDArray[np.bool_]
+
+OBJECT = "flat_screwdriver"
+"""Shipped object of the rendered scene: long, so that its grasps have one direction."""
+TABLE_DEPTH = 0.55
+SLOW, TOO_SLOW = 1.0, 20.0
+"""Seconds for one image that are remarked upon, and that fail: a third short of the harness's limit."""
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A canned image.
+
+    Attributes:
+        name: for the table.
+        image: given to the predictor.
+        mask: (H, W) where the object is, if there is one.
+    """
+
+    name: str
+    image: RgbdImage
+    mask: Mask | None = None
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something about an answer: a ``failure`` breaks the protocol, a ``remark`` deserves a look."""
+
+    level: Literal["failure", "remark"]
+    text: str
+
+
+@dataclass
+class Row:
+    """What came of one image.
+
+    Attributes:
+        sample: the image's name.
+        grasps: how many were proposed; None where the answer is unusable.
+        seconds: of the quicker of two calls.
+        findings: what is wrong, worst first.
+    """
+
+    sample: str
+    grasps: int | None = None
+    seconds: float = 0.0
+    findings: list[Finding] = field(default_factory=list)
+
+    @property
+    def failed(self) -> bool:
+        """Whether the protocol is broken."""
+        return any(f.level == "failure" for f in self.findings)
+
+
+# ---------------------------------------------------------------- images
+
+def samples() -> list[Sample]:
+    """The images: a rendered scene, and what a camera may deliver on a bad day."""
+    return [rendered_scene(), *plain_samples()]
+
+
+def plain_samples() -> list[Sample]:
+    """Those that are drawn and not rendered."""
+    rng = np.random.default_rng(7)
+    return [
+        _plain("empty table", rng, 480, 640),
+        _plain("no depth at all", rng, 480, 640, holes=1.0),
+        _plain("60 % holes, a box", rng, 480, 640, holes=0.6, box=True),
+        _plain("tiny, 40×32", rng, 32, 40, box=True),
+        _plain("upright, 240×424", rng, 424, 240, box=True),
+    ]
+
+
+def rendered_scene() -> Sample:
+    """A screwdriver on the table as the scenario ``table4`` sees it, noise included."""
+    from grasp_bench.objects.catalog import Catalog
+    from grasp_bench.scenario.reading import load_scenario
+    from grasp_bench.scenario.seeding import Purpose, stream
+    from grasp_bench.scene.builder import compile_scene
+    from grasp_bench.scene.rendering import SceneCamera
+    from grasp_bench.scene.sensor import sense
+    from grasp_bench.scene.world import World
+    from grasp_bench.trials.attempt import put_down
+
+    scenario, model = load_scenario("table4"), Catalog().load(OBJECT)
+    world = World(compile_scene(scenario, model), scenario)
+    put_down(world, model, scenario, stream(0, OBJECT, 0, Purpose.POSE))
+    camera = SceneCamera(scenario.camera.intrinsics, scenario.camera.pose, "raycast")
+    picture = camera.picture(world.model, world.data)
+    image = sense(picture, camera.intrinsics, scenario.sensor, stream(0, OBJECT, 0, Purpose.SENSOR))
+    mask = (picture.geom >= 0) & (world.model.geom_bodyid[picture.geom] == world.object_body)
+    return Sample("rendered scene", image, mask)
+
+
+def _plain(name: str, rng: np.random.Generator, height: int, width: int, holes: float = 0.0,
+           box: bool = False) -> Sample:
+    depth = rng.normal(TABLE_DEPTH, 5e-4, (height, width)).astype(np.float32)
+    rgb = rng.integers(140, 150, (height, width, 3), dtype=np.uint8)
+    mask = np.zeros((height, width), bool)
+    if box:
+        mask[int(height * 0.4):int(height * 0.6), int(width * 0.45):int(width * 0.55)] = True
+        depth[mask] -= 0.04
+        rgb[mask] = (180, 60, 40)
+    depth[rng.random((height, width)) < holes] = 0
+    return Sample(name, RgbdImage(rgb, depth, Intrinsics.from_fov(width, height, math.pi / 2)))
+
+
+# ---------------------------------------------------------------- checks
+
+def check(predictor: Predictor, images: list[Sample],
+          clock: Callable[[], float] = time.perf_counter) -> list[Row]:
+    """Show every image to the predictor twice, with the same random stream.
+
+    Raises:
+        PredictorError: for a control that needs the simulator's truth.
+    """
+    if isinstance(predictor, PrivilegedPredictor):
+        raise PredictorError(f"{type(predictor).__name__} is a control that needs the simulator's truth; "
+                             "only predictors that see an image alone can be checked.")
+    return [_check(predictor, sample, clock) for sample in images]
+
+
+def _check(predictor: Predictor, sample: Sample, clock: Callable[[], float]) -> Row:
+    row = Row(sample.name)
+    fail = lambda text: row.findings.append(Finding("failure", text))  # noqa: E731
+    remark = lambda text: row.findings.append(Finding("remark", text))  # noqa: E731
+    image = sample.image
+    answers: list[Any] = []
+    seconds: list[float] = []
+    for _ in range(2):
+        own = replace(image, rgb=image.rgb.copy(), depth=image.depth.copy())
+        start = clock()
+        try:
+            begin = getattr(predictor, "begin", None)
+            if begin is not None:
+                begin(np.random.default_rng(11))
+            answers.append(predictor.predict(own))
+        except PredictorError as error:
+            fail(str(error))
+            return row
+        except (Exception, SystemExit) as error:
+            fail(f"raises {type(error).__name__}: {str(error)[:200]}")
+            return row
+        seconds.append(clock() - start)
+        if not (np.array_equal(own.rgb, image.rgb) and np.array_equal(own.depth, image.depth)):
+            fail("changes the image it is given; work on a copy")
+            return row
+    row.seconds = min(seconds)
+    try:
+        grasps, again = (checked(a, image.intrinsics) for a in answers)
+    except PredictorError as error:
+        fail(str(error))
+        return row
+    row.grasps = len(grasps)
+    if grasps != again:
+        fail("answers differently to the same image; take random numbers from begin(rng), and make the "
+             "network deterministic")
+    if row.seconds > TOO_SLOW:
+        fail(f"takes {row.seconds:.1f} s for an image; a remote predictor has 30 s with its turn waited for")
+    elif row.seconds > SLOW:
+        remark(f"takes {row.seconds:.1f} s for an image")
+    for level, text in _frames(list(answers[0]), sample):
+        (fail if level == "failure" else remark)(text)
+    row.findings.sort(key=lambda f: f.level != "failure")
+    return row
+
+
+def _frames(raw: list[Grasp], sample: Sample) -> list[tuple[str, str]]:
+    """What units and axes the numbers seem to have."""
+    if not raw:
+        return []
+    found: list[tuple[str, str]] = []
+    steepest = max(abs(float(g.angle)) for g in raw)
+    if steepest > 2 * math.pi:
+        found.append(("failure", f"an angle of {steepest:.1f}: these look like degrees; angles are radians"))
+    elif any(wrap_angle(float(g.angle)) != float(g.angle) for g in raw):
+        found.append(("remark", "angles outside (−π/2, π/2] are wrapped: a half turn is the same grasp"))
+    if any(not 0 <= float(g.quality) <= 1 for g in raw):
+        found.append(("remark", "qualities outside [0, 1] are clipped"))
+    if any(float(a.quality) < float(b.quality) for a, b in pairwise(raw)):
+        found.append(("remark", "qualities do not descend; the first grasp is taken as the best"))
+    if max(float(g.width) for g in raw) < 2:
+        found.append(("remark", "all openings are narrower than 2 px: are they metres, or fractions of the "
+                                "image?"))
+    if sample.mask is not None:
+        found += _on_object(raw[0], sample.mask)
+    return found
+
+
+def _on_object(best: Grasp, mask: Mask) -> list[tuple[str, str]]:
+    """Where and how the best grasp lies to the one thing in the picture."""
+    if not _hits(mask, best.x, best.y):
+        if _hits(mask, best.y, best.x):
+            return [("failure", "x and y seem exchanged: x runs along the columns, y down the rows")]
+        if _hits(mask, best.x * mask.shape[1], best.y * mask.shape[0]):
+            return [("failure", "x and y seem to be fractions of the image; they are pixels")]
+        return [("remark", f"the best grasp, at ({best.x:.0f}, {best.y:.0f}) px, misses the only object")]
+    across = jaw_direction(mask)
+    off = angle_difference(best.angle, across)
+    if off > math.radians(60):
+        if angle_difference(-best.angle, across) < math.radians(25):
+            return [("remark", "the angle seems to run clockwise; it is counter-clockwise as seen")]
+        return [("remark", "the jaws seem to close along the object: the angle is the direction in which "
+                           "they open")]
+    return []
+
+
+def _hits(mask: Mask, x: float, y: float, margin: int = 10) -> bool:
+    row, column = int(y), int(x)
+    rows = slice(max(row - margin, 0), max(row + margin + 1, 0))
+    columns = slice(max(column - margin, 0), max(column + margin + 1, 0))
+    return bool(mask[rows, columns].any())
+
+
+def jaw_direction(mask: Mask) -> float:
+    """Angle of the shorter principal axis of a blob, in which jaws would open across it [rad]."""
+    rows, columns = np.nonzero(mask)
+    _, vectors = np.linalg.eigh(np.cov(np.stack([columns, rows])))
+    return wrap_angle(math.atan2(-vectors[1, 0], vectors[0, 0]))

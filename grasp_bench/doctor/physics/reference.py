@@ -1,0 +1,116 @@
+"""The oracle's trials, watched: loads of the joints, and what half the time step changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grasp_bench.doctor.physics.check import Check, below
+from grasp_bench.robot.ec66 import TORQUE_LIMITS, VELOCITY_LIMITS
+from grasp_bench.scenario.sections import Scenario
+
+Floats = NDArray[np.float64]
+
+PREDICTOR = "oracle"
+
+
+@dataclass(frozen=True)
+class Watched:
+    """One trial.
+
+    Attributes:
+        record: as in ``trials.jsonl``.
+        torque: (6,) greatest torque of each joint's motor, servo and gravity compensation [N m].
+        velocity: (6,) greatest speed of each joint [rad/s].
+    """
+
+    record: dict[str, Any]
+    torque: Floats
+    velocity: Floats
+
+
+def halved(scenario: Scenario) -> Scenario:
+    """The scenario with half the time step, and as many commands a second."""
+    physics = scenario.physics
+    return scenario.model_copy(update={"physics": physics.model_copy(update={
+        "timestep": physics.timestep / 2, "control_steps": 2 * physics.control_steps})})
+
+
+_cell: dict[str, Any] = {}
+
+
+def _start(scenario: Scenario) -> None:
+    from grasp_bench.objects.catalog import Catalog
+    from grasp_bench.predictors import load_predictor
+    from grasp_bench.trials.attempt import Workcell
+
+    _cell.update(cell=Workcell(scenario), catalog=Catalog(), predictor=load_predictor(PREDICTOR))
+
+
+def _watch(trial: int, name: str, seed: int) -> Watched:
+    from grasp_bench.scene.world import World
+    from grasp_bench.trials.attempt import run_trial
+
+    torque, velocity = np.zeros(6), np.zeros(6)
+
+    def observe(world: World) -> None:
+        np.maximum(torque, np.abs(world.joint_torques), out=torque)
+        np.maximum(velocity, np.abs(world.joint_velocities), out=velocity)
+
+    done = run_trial(_cell["cell"], _cell["catalog"].load(name), _cell["predictor"], trial=trial, attempt=0,
+                     seed=seed, observer=observe)
+    return Watched(done.record.to_json(), torque, velocity)
+
+
+def watch(scenario: Scenario, objects: list[str] | None = None, seed: int = 0, workers: int = 2,
+          progress: Callable[[], None] = lambda: None) -> list[Watched]:
+    """The oracle's trial of each object, watched at every command.
+
+    Args:
+        scenario: of the trials.
+        objects: names; all when None.
+        seed: of the run.
+        workers: processes.
+        progress: called after each trial.
+    """
+    import multiprocessing
+
+    from pebble import ProcessPool
+
+    from grasp_bench.objects.catalog import Catalog
+
+    every = Catalog().names
+    context = multiprocessing.get_context("spawn")
+    with ProcessPool(max_workers=workers, initializer=_start, initargs=(scenario,), context=context) as pool:
+        futures = [pool.submit(_watch, None, every.index(name), name, seed) for name in objects or every]
+        results = []
+        for future in futures:
+            results.append(future.result())
+            progress()
+    return results
+
+
+def loads(watched: list[Watched]) -> list[Check]:
+    """Joint torques and velocities against the EC66's limits, as shares of them [%]."""
+    torque = np.max([w.torque for w in watched], axis=0) / TORQUE_LIMITS
+    velocity = np.max([w.velocity for w in watched], axis=0) / VELOCITY_LIMITS
+    source = "limits of the maker's URDF"
+    return [
+        below(f"greatest joint torque of {len(watched)} trials, of its limit", 100 * float(torque.max()),
+              100.0, "%", f"{source}; joint {int(torque.argmax()) + 1}"),
+        below(f"greatest joint velocity of {len(watched)} trials, of its limit", 100 * float(velocity.max()),
+              100.0, "%", f"{source}; joint {int(velocity.argmax()) + 1}"),
+    ]
+
+
+def time_step(whole: list[Watched], half: list[Watched]) -> Check:
+    """Share of trials [%] whose success half the time step changes; the same trials in both."""
+    changed = [a.record["object"] for a, b in zip(whole, half, strict=True)
+               if a.record["success"] != b.record["success"]]
+    names = f": {', '.join(changed)}" if changed else ""
+    return below(f"trials whose success half the time step changes ({len(changed)}/{len(whole)})",
+                 100 * len(changed) / len(whole), 2.0, "%", f"converged physics: none{names}")

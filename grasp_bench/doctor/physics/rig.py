@@ -1,0 +1,158 @@
+"""Simple bodies in a trial's own scene, held by its gripper or lying on its table."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from grasp_bench.objects.catalog import VisualPart
+from grasp_bench.robot.ec66 import FINGER_STROKE
+from grasp_bench.scenario.sections import Scenario
+from grasp_bench.scene.builder import GRIPPER_PREFIX, compile_mjcf, compose
+from grasp_bench.scene.world import World
+
+Floats = NDArray[np.float64]
+
+PAD_HALF = (0.010, 0.012)
+"""Half width and half height of a pad [m], as in ``gripper.xml``."""
+PAD_CENTRE = PAD_HALF[1]
+"""Distance of a pad's centre from the TCP, against the approach [m]."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """A convex solid for the scene builder, with its centre of mass where one likes.
+
+    Attributes:
+        points: (V, 3) vertices relative to the centre of mass [m].
+        mass: kilograms.
+        inertia: (3, 3) about the centre of mass [kg m²].
+        friction: against the pads.
+    """
+
+    points: Floats
+    mass: float
+    inertia: Floats
+    friction: float
+
+    @property
+    def visual(self) -> list[VisualPart]:
+        """Nothing to be seen."""
+        return []
+
+    @property
+    def hulls(self) -> list[Floats]:
+        """The one convex piece."""
+        return [self.points]
+
+
+def block(size: tuple[float, float, float], mass: float, friction: float,
+          centre: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Body:
+    """Uniform box of ``size`` [m] whose middle lies at ``centre`` from the centre of mass."""
+    corners = np.array(list(itertools.product(*((-s / 2, s / 2) for s in size)))) + centre
+    a, b, c = np.square(size)
+    return Body(corners, mass, mass / 12 * np.diag([b + c, a + c, a + b]), friction)
+
+
+class Rig:
+    """A body in the scene of a trial, the arm at its home posture.
+
+    Args:
+        scenario: of the trial.
+        body: instead of an object.
+    """
+
+    def __init__(self, scenario: Scenario, body: Body) -> None:
+        self.scenario, self.body = scenario, body
+        self.world = World(compile_mjcf(compose(scenario, body)), scenario)
+        self.model, self.data = self.world.model, self.world.data
+        self._gravity = self.model.opt.gravity.copy()
+        self._jaw = self.model.actuator(GRIPPER_PREFIX + "gripper").id
+
+    @property
+    def dt(self) -> float:
+        """Time step [s]."""
+        return float(self.model.opt.timestep)
+
+    def reset(self, opening: float = 2 * FINGER_STROKE) -> None:
+        """Back to the home posture, at rest, under full gravity, jaws ``opening`` apart [m]."""
+        mujoco.mj_resetData(self.model, self.data)
+        self.model.opt.gravity[:] = self._gravity
+        self.world.go_home(opening)
+        mujoco.mj_forward(self.model, self.data)
+
+    def run(self, seconds: float) -> None:
+        """Step on."""
+        self.world.step(round(seconds / self.dt))
+
+    def load(self, gravity: Floats, seconds: float = 0.3) -> None:
+        """Bring gravity (3,) [m/s²] linearly to a new value, slowly, so that nothing swings."""
+        before = self.model.opt.gravity.copy()
+        steps = round(seconds / self.dt)
+        for i in range(1, steps + 1):
+            self.model.opt.gravity[:] = before + (gravity - before) * i / steps
+            self.world.step(1)
+
+    def grip(self, force: float, at: tuple[float, float] = (0.0, 0.0)) -> None:
+        """Hold the body, weightless first, by ``force`` [N] per pad; then load it with its weight.
+
+        Args:
+            force: of each pad, as the scenario key ``gripper.force`` sets it.
+            at: where the pads' centre meets the body, in the body's y and z, which are the gripper's
+                y and its direction of approach reversed [m].
+        """
+        thickness = float(np.ptp(self.body.points[:, 0]))
+        self.reset(thickness + 0.002)
+        self.model.opt.gravity[:] = 0
+        # As grasp_bench.scene.builder.set_gripper does.
+        self.model.actuator_forcerange[self._jaw] = [-2 * force, 2 * force]
+        tcp = self.world.tcp
+        turn = tcp.rotation @ np.diag([1.0, -1.0, -1.0])  # upright: body z against the approach
+        place = tcp.position + turn @ np.array([0.0, -at[0], PAD_CENTRE - at[1]])
+        quaternion = np.zeros(4)
+        mujoco.mju_mat2Quat(quaternion, turn.ravel())
+        self.world.place_object(place, quaternion)
+        # Closed at the speed of a trial: thrown shut, the fingers would hit the body at more than 1 m/s.
+        gripper = self.scenario.gripper
+        for jaw in np.arange(thickness / 2 + 0.001, -gripper.squeeze, -gripper.closing_speed * self.dt):
+            self.data.ctrl[self._jaw] = jaw
+            self.world.step(1)
+        self.data.ctrl[self._jaw] = -gripper.squeeze
+        self.run(gripper.settle_time)
+        self.load(self._gravity)
+
+    def relative(self) -> tuple[Floats, Floats]:
+        """Position (3,) [m] and rotation (3, 3) of the body in the gripper's frame."""
+        position, rotation = self.world.object_pose
+        tcp = self.world.tcp
+        return tcp.rotation.T @ (position - tcp.position), tcp.rotation.T @ rotation
+
+    def moved(self, seconds: float) -> tuple[float, float]:
+        """How far [m] and through which angle [rad] the body slides in the gripper in ``seconds``."""
+        before, turned = self.relative()
+        self.run(seconds)
+        after, now = self.relative()
+        cosine = (float(np.trace(turned.T @ now)) - 1) / 2
+        return float(np.linalg.norm(after - before)), float(np.arccos(np.clip(cosine, -1, 1)))
+
+
+def threshold(fails: Callable[[float], bool], low: float, high: float, steps: int = 10) -> float:
+    """Where ``fails`` changes from true (at ``low``) to false (at ``high``), by bisection.
+
+    Raises:
+        ValueError: when it does not change between them.
+    """
+    if not fails(low) or fails(high):
+        raise ValueError(f"nothing changes between {low:g} and {high:g}")
+    for _ in range(steps):
+        middle = (low + high) / 2
+        if fails(middle):
+            low = middle
+        else:
+            high = middle
+    return (low + high) / 2

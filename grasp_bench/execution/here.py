@@ -1,0 +1,33 @@
+"""Trials in this process, one after the other: no time limit, and a crash is the caller's."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterable
+from typing import TYPE_CHECKING
+
+from grasp_bench.execution.protocol import Answer
+from grasp_bench.runs.jobs import Job, Settings
+
+if TYPE_CHECKING:
+    from grasp_bench.predictors.protocol import Predictor
+
+
+class Here:
+    """Executor for a predictor that no other process can make.
+
+    Args:
+        predictor: used for every trial.
+    """
+
+    def __init__(self, predictor: Predictor) -> None:
+        self.predictor = predictor
+
+    def run(self, settings: Settings, jobs: Iterable[Job]) -> Generator[Answer, None, None]:
+        """See :class:`~grasp_bench.execution.protocol.Executor`."""
+        from grasp_bench.execution.worker import attempt
+        from grasp_bench.objects.catalog import Catalog
+        from grasp_bench.trials.attempt import Workcell
+
+        catalog, cell = Catalog(settings.objects), Workcell(settings.scenario, settings.renderer)
+        for job in jobs:
+            yield attempt(job, settings, catalog, cell, self.predictor)

@@ -1,0 +1,113 @@
+"""Inside a worker process: what all its trials share, and one trial after the other."""
+
+from __future__ import annotations
+
+import ctypes
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+from contextlib import suppress
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from grasp_bench.execution.protocol import Answer
+from grasp_bench.runs.jobs import Job, Settings
+from grasp_bench.scenario.outcomes import Outcome
+from grasp_bench.system.machine import THREADS
+
+if TYPE_CHECKING:
+    from grasp_bench.objects.catalog import Catalog
+    from grasp_bench.predictors.protocol import Predictor
+    from grasp_bench.trials.attempt import Workcell
+
+_worker: dict[str, Any] = {}
+
+
+class NotStarted(Exception):  # noqa: N818 - it is a worker's state that travels to the parent
+    """A worker could not load what its trials share."""
+
+
+def start(settings: Settings) -> None:
+    """Load once what all trials of a worker share; what is wrong is told with the first trial."""
+    for name in THREADS:
+        os.environ[name] = "1"
+    _die_with_parent()
+    try:
+        load(settings)
+    except Exception as error:  # an initializer that raises would only be started again, for ever
+        _worker["broken"] = f"{type(error).__name__}: {error}"
+
+
+def load(settings: Settings) -> None:
+    """Load catalog, workcell and predictor."""
+    import cv2
+
+    from grasp_bench.objects.catalog import Catalog
+    from grasp_bench.predictors import load_predictor
+    from grasp_bench.trials.attempt import Workcell
+
+    cv2.setNumThreads(1)
+    _worker.clear()
+    _worker.update(settings=settings, catalog=Catalog(settings.objects),
+                   cell=Workcell(settings.scenario, settings.renderer),
+                   predictor=load_predictor(settings.predictor))
+
+
+def do(job: Job) -> Answer:
+    """One trial.
+
+    Raises:
+        NotStarted: when this worker could not start.
+    """
+    if "broken" in _worker:
+        raise NotStarted(_worker["broken"])
+    return attempt(job, **_worker)
+
+
+def attempt(job: Job, settings: Settings, catalog: Catalog, cell: Workcell, predictor: Predictor) -> Answer:
+    """One trial, whose record is an error where anything raises."""
+    from grasp_bench.media.recorders import recorders_for
+    from grasp_bench.trials.attempt import Clock, TrialRecord, run_trial
+
+    category = catalog.entries[job.object]["category"]
+    try:
+        if settings.scenario.clutter is not None:
+            from grasp_bench.trials.episode import run_episode
+
+            episode = run_episode(cell, catalog, predictor, job.object, trial=job.trial, attempt=job.attempt,
+                                  seed=settings.seed, watch=partial(recorders_for, settings))
+            return Answer(job, episode.record, {"trial": job.trial} | episode.clock.rounded())
+        model = catalog.load(job.object)
+        recorder = recorders_for(settings)
+        done = run_trial(cell, model, predictor, trial=job.trial, attempt=job.attempt, seed=settings.seed,
+                         observer=recorder)
+        record, seconds = done.record, done.clock.seconds
+    except Exception as error:  # whatever goes wrong belongs to this trial alone
+        detail = f"{type(error).__name__}: {error}"
+        record = TrialRecord(job.trial, job.object, category, settings.seed, Outcome.ERROR, detail)
+        seconds = {}
+    else:
+        if recorder is not None:
+            with done.clock.phase("media"):
+                recorder.keep(done, predictor)
+    return Answer(job, record.to_json(), {"trial": job.trial} | Clock(seconds).rounded())
+
+
+def _die_with_parent() -> None:
+    """End this process when its parent ends, even where a trial never returns from native code."""
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+    if sys.platform == "linux":
+        with suppress(OSError, AttributeError):
+            ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
+        if os.getppid() != parent.pid:
+            os._exit(1)
+
+    def watch() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True, name="watch-parent").start()

@@ -1,1 +1,0 @@
-"""Which runs may stand in one table, and that table."""

@@ -1,0 +1,153 @@
+"""A folder of synthetic training scenes: made on several processes, resumed, indexed."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import platform
+from collections.abc import Callable
+from concurrent.futures import Future, as_completed
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from grasp_bench.errors import GraspBenchError
+from grasp_bench.system.graphics import without_gl
+
+if TYPE_CHECKING:
+    from grasp_bench.learning.data.synthetic import SynthConfig
+
+FORMAT = 2
+"""Raise when the same seed would give other scenes."""
+TIMEOUT = 60
+"""Seconds after which a scene is given up."""
+VALIDATION = 20
+"""Every so manieth scene is for validation."""
+SAVE_EVERY = 250
+"""Scenes after which the index is written anew, so that training may begin."""
+Entry = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Produced:
+    """What :func:`generate` made: index entries in order, and what failed, by scene number."""
+
+    entries: list[Entry]
+    failed: dict[int, str]
+
+
+def generate(out: Path, scenes: int, seed: int, config: SynthConfig, workers: int = 2,
+             report: Callable[[Entry | None, bool], None] = lambda entry, fresh: None) -> Produced:
+    """Generate scenes 0 … ``scenes`` − 1 into ``out``, keeping those already there.
+
+    Args:
+        out: folder of the data set.
+        scenes: how many it shall have.
+        seed: of the set.
+        config: parameters; must be those of the scenes already there.
+        workers: processes.
+        report: called with each scene's index entry, or None for one that failed, and whether it was
+            made now.
+
+    Raises:
+        GraspBenchError: when the folder was generated with another seed or parameters.
+    """
+    from pebble import ProcessPool
+
+    without_gl()
+    (out / "scenes").mkdir(parents=True, exist_ok=True)
+    _check_config(out, seed, config)
+    entries = {i: e for i in range(scenes) if (e := _entry(out, i, seed)) is not None}
+    for entry in entries.values():
+        report(entry, False)
+    failed: dict[int, str] = {}
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ[name] = "1"  # inherited by the workers, which are started afresh
+    with ProcessPool(workers, max_tasks=200, context=multiprocessing.get_context("spawn")) as pool:
+        futures: dict[Future[Entry], int] = {pool.submit(_produce, TIMEOUT, out, i, seed, config): i
+                                             for i in range(scenes) if i not in entries}
+        try:
+            for future in as_completed(futures):
+                index = futures[future]
+                try:
+                    entries[index] = future.result()
+                except Exception as error:  # one bad scene must not stop the others
+                    failed[index] = f"{type(error).__name__}: {error}"
+                report(entries.get(index), True)
+                if (len(entries) + len(failed)) % SAVE_EVERY == 0:
+                    _write_index(out, entries)
+        finally:  # when interrupted, do not wait for all that was submitted
+            pool.stop()
+            _write_index(out, entries)
+    return Produced([entries[i] for i in sorted(entries)], failed)
+
+
+def _check_config(out: Path, seed: int, config: SynthConfig) -> None:
+    import mujoco
+
+    wanted = {"format": FORMAT, "seed": seed, "config": asdict(config)}
+    path = out / "config.json"
+    if path.is_file():
+        found = {k: v for k, v in json.loads(path.read_text()).items() if k in wanted}
+        if found != wanted:
+            raise GraspBenchError(f"{out} holds scenes made with {found}, not with {wanted}; "
+                                  "choose another folder.")
+    versions = {"python": platform.python_version(), "numpy": np.__version__, "mujoco": mujoco.__version__}
+    _write(path, (json.dumps(wanted | {"versions": versions}, indent=1) + "\n").encode())
+
+
+def _file(index: int) -> str:
+    return f"scenes/{index:06d}.npz"
+
+
+def _entry(out: Path, index: int, seed: int) -> Entry | None:
+    """Index entry of a stored scene, None when it is missing or does not load."""
+    import zipfile
+
+    try:
+        with np.load(out / _file(index), allow_pickle=False) as file:
+            tried, objects = file["tried"], int(file["objects"])
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
+    return {"scene": f"{index:06d}", "file": _file(index), "split": "train" if index % VALIDATION else "val",
+            "seed": seed, "objects": objects, "tried": len(tried), "held": int(tried[:, 5].sum())}
+
+
+def _produce(out: Path, index: int, seed: int, config: SynthConfig) -> Entry:
+    """Make and store one scene (in a worker)."""
+    import io
+
+    import cv2
+
+    from grasp_bench.learning.data.synthetic import make_scene
+
+    cv2.setNumThreads(1)
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **make_scene(seed, index, config))  # type: ignore[arg-type]
+    _write(out / _file(index), buffer.getvalue())
+    entry = _entry(out, index, seed)
+    assert entry is not None
+    return entry
+
+
+def _write_index(out: Path, entries: dict[int, Entry]) -> None:
+    _write(out / "index.jsonl", "".join(json.dumps(entries[i]) + "\n" for i in sorted(entries)).encode())
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Write a file whole or not at all."""
+    fresh = path.with_name(f".{path.name}.{os.getpid()}")
+    fresh.write_bytes(content)
+    fresh.replace(path)
+
+
+def calibration(out: Path, entries: list[Entry], bins: int = 10) -> list[tuple[float, int, float]]:
+    """How well analysis predicts physics: (upper edge of quality, grasps tried, share held) of each bin."""
+    tried = [np.load(out / e["file"])["tried"] for e in entries]
+    quality, held = np.vstack([np.zeros((0, 6)), *tried])[:, 4:].T
+    which = np.clip((quality * bins).astype(int), 0, bins - 1)
+    return [((i + 1) / bins, int((which == i).sum()), float(held[which == i].mean()))
+            for i in range(bins) if (which == i).any()]

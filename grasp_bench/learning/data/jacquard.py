@@ -1,0 +1,88 @@
+"""The Jacquard data set (Depierre, Dellandréa & Chen, IROS 2018) as distributed.
+
+A folder an object, anywhere below the root, with ``N_ID_RGB.png`` (1024×1024),
+``N_ID_perfect_depth.tiff``, ``N_ID_stereo_depth.tiff`` (holes are −1), ``N_ID_mask.png`` and
+``N_ID_grasps.txt``: lines ``x;y;theta;opening;jaw size`` in pixels and degrees, clockwise as
+seen in the image. Shorter names without ``N_ID_`` are read as well.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grasp_bench.errors import UnknownNameError
+from grasp_bench.grasps import Grasp
+from grasp_bench.learning.data.rectangles import (
+    Collection,
+    DatasetName,
+    Entry,
+    Sample,
+    read_depth,
+    read_numbers,
+    read_rgb,
+    without_nan,
+)
+
+Floats = NDArray[np.float64]
+ENDING = "grasps.txt"
+DEPTHS = ("perfect", "stereo")
+
+
+@dataclass(frozen=True)
+class Jacquard(Collection):
+    """A copy of the Jacquard set."""
+
+    name: DatasetName = "jacquard"
+    images_in_full: int = 54_485
+
+    @classmethod
+    def open(cls, root: Path, depth: str = "perfect") -> Jacquard:
+        """What ``root`` holds.
+
+        Raises:
+            UnknownNameError: when ``depth`` is neither 'perfect' nor 'stereo'.
+        """
+        if depth not in DEPTHS:
+            raise UnknownNameError("Jacquard depth", depth, DEPTHS)
+        entries, missing = [], []
+        for labels in sorted(root.rglob(f"*{ENDING}")):
+            prefix = labels.name.removesuffix(ENDING)
+            rgb, tiff = (labels.with_name(prefix + end) for end in ("RGB.png", f"{depth}_depth.tiff"))
+            absent = [p.relative_to(root).as_posix() for p in (rgb, tiff) if not p.is_file()]
+            missing += absent
+            if not absent:
+                entries.append(Entry(_name(labels, prefix, root), _object(labels, prefix, root),
+                                     labels, rgb, tiff))
+        return cls(root, entries, missing, window=1024)
+
+    def load(self, entry: Entry) -> Sample:
+        """Reads one sample; AssetError names a file that is damaged."""
+        rectangles, dropped = without_nan(corners_from_rows(read_numbers(entry.labels, 5, ";")))
+        rgb = read_rgb(entry.rgb)
+        return Sample(entry.name, rgb, read_depth(entry.depth, rgb.shape[:2]), rectangles, dropped)
+
+
+def _name(labels: Path, prefix: str, root: Path) -> str:
+    return prefix.rstrip("_") or labels.parent.relative_to(root).as_posix()
+
+
+def _object(labels: Path, prefix: str, root: Path) -> str | None:
+    """Identifier in the file's name, else its folder's name, else none."""
+    _, _, identifier = prefix.rstrip("_").partition("_")
+    return identifier or (labels.parent.name if labels.parent != root else None)
+
+
+def corners_from_rows(rows: Floats) -> Floats:
+    """Rows (N, 5) of a grasps file → corners (N, 4, 2), the first edge along the opening."""
+    corners = [Grasp(x, y, -np.radians(theta), opening).rectangle(height=jaw)
+               for x, y, theta, opening, jaw in rows]
+    return np.array(corners, float).reshape(-1, 4, 2)
+
+
+def row_from_grasp(grasp: Grasp, jaw: float) -> str:
+    """Line of a grasps file for a grasp with jaws ``jaw`` pixels wide."""
+    return f"{grasp.x:.5f};{grasp.y:.5f};{-np.degrees(grasp.angle):.4f};{grasp.width:.4f};{jaw:.4f}"

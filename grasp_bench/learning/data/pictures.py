@@ -1,0 +1,73 @@
+"""Pictures of training scenes with their labels."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from grasp_bench.errors import AssetError
+from grasp_bench.learning.data.rectangles import open_collection
+from grasp_bench.learning.training.dataset import Scene, load_scene, read_index
+from grasp_bench.learning.training.real import RealScenes
+
+CROP = 224
+"""Side of the network's input for which real images are framed [px]."""
+
+
+def sample_sheet(folder: Path, count: int, out: Path) -> list[str]:
+    """Draw ``count`` scenes spread over the data set in ``folder`` into a PNG; returns their names.
+
+    Images of a Cornell or Jacquard copy are drawn as the scenes that training makes of them.
+
+    Raises:
+        AssetError: when the folder holds neither, or a scene is damaged.
+    """
+    if (folder / "index.jsonl").is_file():
+        entries = read_index(folder / "index.jsonl")
+        scenes = [load_scene(folder / entries[i]["file"]) for i in _spread(len(entries), count)]
+    else:
+        collection = open_collection(folder)
+        scenes = list(RealScenes(collection, _spread(len(collection.entries), count), CROP))
+    if not scenes:
+        raise AssetError(f"{folder} holds no scene yet; generate some with `grasp-bench data synth`.")
+    sheet = two_a_row([_strip(scene, scene.name) for scene in scenes])
+    cv2.imwrite(str(out), sheet[..., ::-1])
+    return [scene.name for scene in scenes]
+
+
+def two_a_row(strips: list[NDArray[np.uint8]]) -> NDArray[np.uint8]:
+    """Strips of one shape, two in each row; white where the last row has but one, and one alone as it is."""
+    if len(strips) == 1:
+        return strips[0]
+    if len(strips) % 2:
+        strips = [*strips, np.full_like(strips[0], 255)]
+    return np.vstack([np.hstack(pair) for pair in zip(strips[::2], strips[1::2], strict=True)])
+
+
+def _spread(number: int, count: int) -> list[int]:
+    if not number:
+        return []
+    return [int(i) for i in np.unique(np.linspace(0, number - 1, count).astype(int))]
+
+
+def _strip(scene: Scene, title: str) -> NDArray[np.uint8]:
+    """Four pictures (S, 4·S, 3) of one scene side by side."""
+    photo = scene.rgb.copy()
+    for grasp in scene.truths():
+        corners = np.round((grasp.rectangle(height=12) - 0.5) * 8).astype(np.int32)
+        cv2.polylines(photo, [corners], True, (40, 220, 60), 1, cv2.LINE_AA, 3)
+        for a, b in ((1, 2), (3, 0)):  # the fingers
+            cv2.line(photo, corners[a].tolist(), corners[b].tolist(), (230, 30, 40), 2, cv2.LINE_AA, 3)
+    cv2.putText(photo, title, (4, 14), cv2.FONT_HERSHEY_SIMPLEX, 0.45, (128, 0, 128), 1, cv2.LINE_AA)
+    depth = scene.depth.astype(float)
+    near, far = np.percentile(depth[depth > 0], [0.5, 99.5])
+    shade = 230 - 200 * np.clip((depth - near) / max(far - near, 1), 0, 1)
+    grey = np.where(depth > 0, shade, 0).astype(np.uint8)
+    heat = cv2.applyColorMap(scene.quality, cv2.COLORMAP_INFERNO)[..., ::-1]
+    hue = np.mod(scene.angle.astype(float) * 180 / np.pi, 180).astype(np.uint8)
+    on = np.where(scene.quality > 12, 255, 0).astype(np.uint8)
+    angle = cv2.cvtColor(np.dstack([hue, on, np.maximum(on, 40)]), cv2.COLOR_HSV2RGB)
+    return np.asarray(np.hstack([photo, np.dstack([grey] * 3), heat, angle]), np.uint8)

@@ -1,0 +1,191 @@
+"""Real and rendered images with labelled grasp rectangles: what Cornell and Jacquard have in common.
+
+A :class:`Collection` knows what a folder holds without reading the images; a
+:class:`Sample` is one image, read when asked for. Rectangles are (N, 4, 2) corners in
+pixels (edge of the image = 0), their first edge along the jaws' opening direction.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from grasp_bench.errors import AssetError
+from grasp_bench.grasps import Grasp
+
+Floats = NDArray[np.float64]
+DatasetName = Literal["cornell", "jacquard"]
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One labelled image.
+
+    Attributes:
+        name: of the image, unique in its collection.
+        rgb: (H, W, 3) uint8.
+        depth: (H, W) float32 metres, 0 where invalid. In which sense differs between data
+            sets (see their modules); :func:`grasp_bench.learning.data.levelling.levelled` makes them alike.
+        rectangles: (N, 4, 2) of good grasps.
+        dropped: labelled rectangles that were left out because they hold NaN.
+    """
+
+    name: str
+    rgb: NDArray[np.uint8]
+    depth: NDArray[np.float32]
+    rectangles: Floats
+    dropped: int = 0
+
+    def grasps(self) -> list[Grasp]:
+        """The rectangles as grasps; their heights, which grasps lack, are lost."""
+        return [Grasp.from_rectangle(r) for r in self.rectangles]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Where one sample lies.
+
+    Attributes:
+        name: of the sample.
+        object: what it shows, by the copy's own identifiers; None where the copy has none.
+        labels, rgb, depth: files.
+    """
+
+    name: str
+    object: str | None
+    labels: Path
+    rgb: Path
+    depth: Path
+
+
+@dataclass(frozen=True)
+class Collection(ABC):
+    """A copy of a data set, whole or in part.
+
+    Attributes:
+        root: folder.
+        entries: complete samples, in order of their names.
+        missing: files without which a labelled sample is incomplete, relative to ``root``.
+        window: side of the square about the image's middle that is looked at [px]. Fixed for
+            each data set, so that nothing is known of where the object lies.
+    """
+
+    root: Path
+    entries: list[Entry]
+    missing: list[str]
+    window: int
+
+    name: DatasetName = "cornell"
+    images_in_full: int = 0
+
+    @abstractmethod
+    def load(self, entry: Entry) -> Sample:
+        """Reads one sample; AssetError names a file that is damaged."""
+
+    @property
+    def knows_objects(self) -> bool:
+        """Whether the copy says which images show the same object."""
+        return bool(self.entries) and all(e.object is not None for e in self.entries)
+
+    def describe(self) -> str:
+        """One or two sentences on what was found."""
+        objects = (f"{len({e.object for e in self.entries})} objects" if self.knows_objects
+                   else "object ids not in this copy")
+        full = self.images_in_full
+        part = "" if len(self.entries) == full else f" of {full} in the full set"
+        text = f"{self.name} in {self.root.name}: {len(self.entries)} images{part}, {objects}."
+        if self.missing:
+            shown = ", ".join(self.missing[:5]) + (", …" if len(self.missing) > 5 else "")
+            text += f" Incomplete samples left out, {len(self.missing)} files missing: {shown}."
+        return text
+
+
+def open_collection(root: Path, name: DatasetName | None = None, depth: str = "perfect") -> Collection:
+    """The Cornell or Jacquard copy in ``root``; which of them is told by its files unless named.
+
+    Args:
+        root: folder of a full copy or a part; images may lie in folders below.
+        name: data set that must be there.
+        depth: of Jacquard: 'perfect' (rendered) or 'stereo' (with a simulated sensor's errors).
+
+    Raises:
+        AssetError: when there is no complete sample.
+    """
+    from grasp_bench.learning.data.cornell import Cornell
+    from grasp_bench.learning.data.jacquard import Jacquard
+
+    root = Path(root)
+    if not root.is_dir():
+        raise AssetError(f"{root} is not a folder; give the root of a Cornell or Jacquard copy.")
+    makers = {"cornell": lambda: Cornell.open(root), "jacquard": lambda: Jacquard.open(root, depth)}
+    for key in (name,) if name else makers:
+        found: Collection = makers[key]()
+        if found.entries:
+            return found
+        if found.missing:
+            raise AssetError(f"No sample in {root} is complete: {', '.join(found.missing[:5])} "
+                             f"{'is' if len(found.missing) == 1 else 'are'} missing.")
+    wanted = {"cornell": "Cornell (pcdNNNNcpos.txt)", "jacquard": "Jacquard (…_grasps.txt)"}
+    raise AssetError(f"{root} holds no {wanted[name] if name else ' and no '.join(wanted.values())} files; "
+                     f"give the root of a copy in its original layout.")
+
+
+# ---------------------------------------------------------------- reading
+
+def read_rgb(path: Path) -> NDArray[np.uint8]:
+    """(H, W, 3) of an image file; AssetError when it is none."""
+    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    if image is None:
+        raise AssetError(f"{path} is truncated or not an image; fetch it again.")
+    return np.ascontiguousarray(image[..., ::-1]).astype(np.uint8, copy=False)
+
+
+def read_depth(path: Path, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """(H, W) metres of a TIFF with floating-point depth; negative, NaN and infinite become 0.
+
+    Raises:
+        AssetError: when it is damaged or not of the given shape.
+    """
+    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    if image is None:
+        raise AssetError(f"{path} is truncated or not a depth image; fetch it again.")
+    if image.ndim != 2 or image.shape != shape or image.dtype.kind != "f":
+        raise AssetError(f"{path} must hold floating-point depth of {shape[1]}×{shape[0]} px like its colour "
+                         f"image, but is {image.dtype} of shape {image.shape}.")
+    with np.errstate(invalid="ignore"):
+        return np.where(np.isfinite(image) & (image > 0), image, 0).astype(np.float32)
+
+
+def read_numbers(path: Path, columns: int, separator: str | None = None) -> Floats:
+    """(N, columns) of a text file with one row a line; AssetError names the line that is otherwise."""
+    rows: list[list[float]] = []
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise AssetError(f"{path} cannot be read ({error}).") from error
+    for number, line in enumerate(lines, 1):
+        if not line.strip():
+            continue
+        try:
+            row = [float(v) for v in line.split(separator) if v.strip()]
+        except ValueError:
+            row = []
+        if len(row) != columns:
+            raise AssetError(f"{path}, line {number}: expected {columns} numbers, got {line.strip()[:40]!r}.")
+        rows.append(row)
+    return np.array(rows, float).reshape(-1, columns)
+
+
+def without_nan(rectangles: Floats) -> tuple[Floats, int]:
+    """The rectangles (N, 4, 2) that are finite and have an area, and how many were not."""
+    finite = np.isfinite(rectangles).all(axis=(1, 2))
+    a, b = rectangles[:, 1] - rectangles[:, 0], rectangles[:, 2] - rectangles[:, 1]
+    with np.errstate(invalid="ignore"):
+        sound = finite & (np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) > 1e-6)
+    return rectangles[sound], int((~sound).sum())

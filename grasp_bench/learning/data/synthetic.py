@@ -1,0 +1,232 @@
+"""Synthetic training scenes: random objects at rest, seen by the noisy camera, with dense labels.
+
+Labels come from the same analysis of true heights that finds reference grasps; good, poor and
+wrong grasps are tried with the floating gripper, and what physics refutes is marked down. A scene
+depends on (seed, index) and the parameters only. The format is that of
+:mod:`grasp_bench.learning.training.dataset`, plus
+
+    depth_true  uint16  (S, S)    0.1 mm, without noise
+    tried       float32 (M, 6)    x, y [px], angle [rad], width [px], quality by analysis, held
+    source      int8    (M,)      where each is from, see :data:`grasp_bench.learning.data.candidates.SOURCES`
+    objects     int64   ()        how many there are
+    intrinsics  float64 (4,)      fx, fy, cx, cy of the stored image [px]
+    camera_position, camera_rotation   float64 (3,) [m] and (3, 3), columns are camera axes
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import cv2
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
+
+from grasp_bench.camera import Intrinsics
+from grasp_bench.errors import GraspBenchError
+from grasp_bench.learning.data import labels
+from grasp_bench.learning.data.candidates import Candidates, propose
+from grasp_bench.learning.data.random_shapes import RandomObject, random_color, random_object
+from grasp_bench.learning.training.dataset import DEPTH_UNIT
+from grasp_bench.planning import heightfield
+from grasp_bench.planning.heightfield import CELL, HeightField
+from grasp_bench.scenario.reading import load_scenario
+from grasp_bench.scenario.sections import Scenario, Sensor
+from grasp_bench.scene.builder import TABLE
+from grasp_bench.scene.floating import QUICK, FloatingGripper, compile_floating
+from grasp_bench.scene.rendering import Picture, raycast
+from grasp_bench.scene.sensor import sense
+from grasp_bench.workshop.poses import measure_heights
+
+Floats = NDArray[np.float64]
+Rng = np.random.Generator
+Arrays = dict[str, NDArray]
+
+LAYOUTS = 30
+"""Random scenes drawn at most until one comes to rest in view."""
+MARGIN = 0.06
+"""Table analysed around the objects [m]."""
+REACH = 0.13
+"""Objects whose centre rolls farther than this from the table's are drawn anew [m]."""
+
+
+@dataclass(frozen=True)
+class SynthConfig:
+    """Parameters of the scenes.
+
+    Attributes:
+        scenario: name of the scenario that is varied.
+        size: side of the stored middle of the image [px].
+        several: share of scenes with two or three objects.
+        spread: half side of the square in which objects are put [m].
+        tries: grasps tried in physics per scene.
+        refuted: factor on the quality of what failed in physics.
+        hopeless: share of the scenes without a grasp that held which is kept.
+    """
+
+    scenario: str = "table4"
+    size: int = 320
+    several: float = 0.2
+    spread: float = 0.07
+    tries: int = 20
+    refuted: float = 0.2
+    hopeless: float = 0.3
+
+
+def make_scene(seed: int, index: int, config: SynthConfig) -> Arrays:
+    """Arrays of the ``index``-th scene of ``seed``."""
+    rng = np.random.default_rng(np.random.SeedSequence([seed, index]))
+    for _ in range(LAYOUTS):
+        scenario = jittered(_base(config.scenario), rng)
+        count = int(rng.integers(2, 4)) if rng.random() < config.several else 1
+        objects = [random_object(rng) for _ in range(count)]
+        gripper = FloatingGripper(compile_floating(scenario, list(objects)), scenario, count)
+        if arrange(gripper, objects, config.spread, rng):
+            scene = record(gripper, objects, config, rng)
+            if config.tries == 0 or len(scene["grasps"]) or rng.random() < config.hopeless:
+                return scene
+    raise GraspBenchError(f"scene {index} of seed {seed}: nothing came to rest in {LAYOUTS} layouts")
+
+
+# ---------------------------------------------------------------- the scene
+
+_base = cache(load_scenario)
+"""Read once for all scenes of a process."""
+
+
+def jittered(scenario: Scenario, rng: Rng) -> Scenario:
+    """The scenario with the camera moved a little, another table colour and other sensor noise."""
+    camera, roll = scenario.camera, np.radians(rng.uniform(-4, 4))
+    up = np.array(camera.image_up) @ Rotation.from_euler("z", roll).as_matrix().T
+    moved = camera.model_copy(update={
+        "position": tuple(camera.position + rng.uniform(-0.01, 0.01, 3)),
+        "target": tuple(camera.target + rng.uniform(-0.01, 0.01, 3) * [1, 1, 0]), "image_up": tuple(up)})
+    color = scenario.table.color if rng.random() < 0.4 else random_color(rng)
+    table = scenario.table.model_copy(update={"color": tuple(np.clip(color + rng.normal(0, 0.03, 3), 0, 1))})
+    return scenario.model_copy(update={"camera": moved, "table": table,
+                                       "sensor": _noisier(scenario.sensor, rng.uniform(0.3, 1.7))})
+
+
+def _noisier(sensor: Sensor, strength: float) -> Sensor:
+    sizes = ("axial_sigma", "axial_sigma_per_metre", "lateral_sigma_px", "rgb_sigma")
+    shares = ("mixed_pixels", "edge_dropout", "grazing_dropout", "speckle_dropout")
+    return sensor.model_copy(update={k: strength * getattr(sensor, k) for k in sizes}
+                             | {k: min(strength * getattr(sensor, k), 1.0) for k in shares})
+
+
+def arrange(gripper: FloatingGripper, objects: list[RandomObject], spread: float, rng: Rng) -> bool:
+    """Put the objects down at random and let them settle; whether they came to rest in view."""
+    centre = np.array(gripper.scenario.table.center)
+    boxes: list[tuple[Floats, Floats]] = []
+    for model, q in zip(objects, gripper.object_q, strict=True):
+        turn = tipped(np.vstack(model.hulls), rng)
+        cloud = np.vstack(model.hulls) @ turn.as_matrix().T
+        low, high = cloud.min(0), cloud.max(0)
+        for _ in range(8):  # beside the others where there is room, else upon them
+            place = centre + rng.uniform(-spread, spread, 2)
+            below = [b for a, b in boxes
+                     if (low[:2] + place < b[:2]).all() and (high[:2] + place > a[:2]).all()]
+            if not below:
+                break
+        z = max((b[2] for b in below), default=0.0) + 0.001 - low[2]
+        position = np.array([*place, z])
+        boxes.append((low + position, high + position))
+        gripper.data.qpos[q:q + 3], gripper.data.qpos[q + 3:q + 7] = position, turn.as_quat(scalar_first=True)
+    if not gripper.settle(2.0):
+        return False
+    ended = np.array([gripper.data.qpos[q:q + 3] for q in gripper.object_q])
+    return bool((np.abs(ended[:, :2] - centre) < REACH).all() and (ended[:, 2] > 0).all())
+
+
+def tipped(vertices: Floats, rng: Rng) -> Rotation:
+    """Rotation that lays the hull of ``vertices`` (N, 3) on a random facet (by solid angle), at any yaw."""
+    planes = ConvexHull(vertices).equations
+    direction = rng.standard_normal(3)
+    speed = planes[:, :3] @ direction
+    normal = planes[np.argmin(np.where(speed > 1e-9, -planes[:, 3] / np.maximum(speed, 1e-9), np.inf)), :3]
+    down, _ = Rotation.align_vectors([[0, 0, -1]], [normal])
+    return Rotation.from_euler("z", rng.uniform(-np.pi, np.pi)) * down
+
+
+# ---------------------------------------------------------------- picture and labels
+
+def record(gripper: FloatingGripper, objects: list[RandomObject], config: SynthConfig, rng: Rng) -> Arrays:
+    """Picture and labels of the scene at rest in ``gripper``."""
+    scenario = gripper.scenario
+    mujoco.mj_forward(gripper.model, gripper.data)
+    full, pose = scenario.camera.intrinsics, scenario.camera.pose
+    left, upper = (full.width - config.size) // 2, (full.height - config.size) // 2
+    crop = Intrinsics(config.size, config.size, full.fx, full.fy, full.cx - left, full.cy - upper)
+    view = labels.View(crop, pose, crop.rays() @ pose.rotation.T)
+    picture = raycast(gripper.model, gripper.data, pose.position, view.rays)
+    image = sense(picture._replace(rgb=photo(gripper.model, picture, rng)), crop, scenario.sensor, rng)
+
+    centres = np.array([gripper.data.body(f"object{i}").xpos[:2] for i in range(len(objects))])
+    field = _heights(gripper, objects)
+    yaws = heightfield.YAWS + rng.uniform(0, heightfield.YAWS[1])  # no direction is favoured
+    found = labels.polished(heightfield.analyse(field, yaws))
+    if len(objects) > 1:
+        found = labels.balanced(found, field, view, _owner(gripper, picture, len(objects)), centres)
+    tried = propose(gripper.model, gripper.data, found, field, config.tries, rng)
+    centre = np.column_stack([field.origin[0] + tried.columns * CELL, field.origin[1] + tried.rows * CELL,
+                              tried.top])
+    held = _attempts(gripper, tried, centre)
+    pixel, angle, width = view.grasps(centre, tried.yaw, tried.opening)
+    listed = np.column_stack([pixel, angle, width, tried.quality, held]).astype(np.float32)
+    grasps = listed[held, :5]
+    grasps[:, 4] = 1
+    return {
+        "rgb": image.rgb, "depth": _packed(image.depth), "depth_true": _packed(picture.depth),
+        **labels.dense(view, labels.refute(found, tried, held, config.refuted), field, picture),
+        "grasps": grasps, "tried": listed, "source": tried.source,
+        "objects": np.array(len(objects)), "intrinsics": np.array([crop.fx, crop.fy, crop.cx, crop.cy]),
+        "camera_position": pose.position, "camera_rotation": pose.rotation}
+
+
+def _packed(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
+    return np.clip(np.rint(depth / DEPTH_UNIT), 0, 65535).astype(np.uint16)
+
+
+def photo(model: mujoco.MjModel, picture: Picture, rng: Rng) -> NDArray[np.uint8]:
+    """The picture under random light, its table perhaps speckled or grained."""
+    h, w = picture.geom.shape
+    grain = int(rng.integers(3))
+    coarse = rng.standard_normal([(2, 2), (h // 4, w // 4), (3, w // 3)][grain]).astype(np.float32)
+    coarse = coarse.T if rng.random() < 0.5 else coarse
+    pattern = 1 + rng.uniform(0.02, 0.1) * cv2.resize(coarse, (w, h), interpolation=cv2.INTER_CUBIC)
+    light = rng.uniform(0.7, 1.3) * (1 + rng.uniform(-0.07, 0.07, 3))
+    slope = rng.uniform(-0.2, 0.2, 2)
+    shade = 1 + slope[0] * np.linspace(-1, 1, h)[:, None] + slope[1] * np.linspace(-1, 1, w)
+    shade = np.where(picture.geom == model.geom(TABLE).id, shade * pattern, shade)
+    return np.clip(picture.rgb * shade[..., None] * light, 0, 255).astype(np.uint8)
+
+
+def _heights(gripper: FloatingGripper, objects: list[RandomObject]) -> HeightField:
+    """True heights around the objects."""
+    clouds = []
+    for i, model in enumerate(objects):
+        body = gripper.data.body(f"object{i}")
+        clouds.append(np.vstack(model.hulls) @ body.xmat.reshape(3, 3).T + body.xpos)
+    cloud = np.vstack(clouds)[:, :2]
+    low, high = cloud.min(0), cloud.max(0)
+    middle, first = (low + high) / 2, gripper.data.body("object0").xpos
+    return measure_heights(gripper.model, gripper.data, (middle[0], middle[1]), (first[0], first[1]),
+                           float((high - low).max()) / 2 + MARGIN)
+
+
+def _owner(gripper: FloatingGripper, picture: Picture, count: int) -> NDArray[np.int64]:
+    """(S, S) number of the object that each pixel shows, −1 for none."""
+    number = np.full(gripper.model.nbody + 1, -1)
+    number[[gripper.model.body(f"object{i}").id for i in range(count)]] = np.arange(count)
+    return number[np.where(picture.geom >= 0, gripper.model.geom_bodyid[picture.geom], -1)]
+
+
+def _attempts(gripper: FloatingGripper, tried: Candidates, centre: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """(M,) whether each grasp about the world points ``centre`` (M, 3) held."""
+    state = gripper.state()
+    return np.array([gripper.attempt(state, np.array([x, y, tip]), float(yaw), float(opening), QUICK).held
+                     for (x, y, _), tip, yaw, opening
+                     in zip(centre, tried.tip, tried.yaw, tried.opening, strict=True)], bool)

@@ -1,0 +1,127 @@
+"""Two ways to ask for the best grasp of a labelled image: without, and with, the lineage's habits."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grasp_bench.camera import Intrinsics, RgbdImage
+from grasp_bench.errors import GraspBenchError
+from grasp_bench.grasps import Grasp
+from grasp_bench.learning.data.framing import Frame, Framed, framed
+from grasp_bench.learning.data.rectangles import Collection, Sample
+from grasp_bench.learning.evaluation.metric import Judged, judge, legacy_best
+from grasp_bench.predictors.protocol import Predictor, PrivilegedPredictor, checked
+
+Protocol = Literal["strict", "legacy"]
+Floats = NDArray[np.float64]
+
+CONVENTIONS: dict[Protocol, dict[str, str]] = {
+    "strict": {
+        "window": "the same square about the middle of every image; the labels are not looked at",
+        "no augmentation": "images are evaluated as they are",
+        "last step": "weights of the training's last step; the test fold chooses nothing",
+        "best grasp": "one grasp an image, the highest of the quality map",
+        "exact overlap": "areas of polygons, IoU > 0.25, angle within 30°",
+    },
+    "legacy": {
+        "label-centred crop": "the window is centred on the mean of the labelled corners, within the image",
+        "augmented": "a random quarter turn and zoom by 1 to 2, as GG-CNN's and GR-ConvNet's code validate",
+        "angle smoothed": "a Gaussian filter on the wrapped angle map, across its ±90° seam",
+        "peak": "best maximum above 0.2, 20 px from the border; none counts as wrong",
+        "rasterised overlap": "pixels are counted, IoU > 0.25, angle within 30°",
+    },
+}
+"""What each protocol does, by name. The lineage's choice of the epoch that is best on the test
+images, and TF-Grasp's best of two grasps, are not copied."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One image as a predictor is shown it, with labels in its pixels.
+
+    Attributes:
+        name: of the sample.
+        object: what it shows, if known.
+        rgb, depth: as in :class:`grasp_bench.learning.data.framing.Framed`.
+        rectangles: (N, 4, 2).
+        dropped: labels that held NaN.
+    """
+
+    name: str
+    object: str | None
+    rgb: NDArray[np.uint8]
+    depth: NDArray[np.float32]
+    rectangles: Floats
+    dropped: int = 0
+
+
+def make_case(collection: Collection, index: int, crop: int, protocol: Protocol, seed: int = 0) -> Case:
+    """The ``index``-th sample of a collection as the protocol shows it, ``crop`` px a side."""
+    entry = collection.entries[index]
+    sample = collection.load(entry)
+    if protocol == "strict":
+        seen = framed(sample, Frame.middle(sample.depth.shape, collection.window, crop), crop)
+    else:
+        seen = _legacy_view(sample, collection.window, crop, np.random.default_rng([seed, index]))
+    return Case(sample.name, entry.object, seen.rgb, seen.depth, seen.rectangles, sample.dropped)
+
+
+def _legacy_view(sample: Sample, window: int, crop: int, rng: np.random.Generator) -> Framed:
+    h, w = sample.depth.shape
+    middle = sample.rectangles.mean(axis=(0, 1)) if len(sample.rectangles) else np.array([w / 2, h / 2])
+    x, y = (float(np.clip(m, min(window, n) / 2, n - min(window, n) / 2))
+            for m, n in zip(middle, (w, h), strict=True))
+    seen = framed(sample, Frame(x, y, window * rng.uniform(0.5, 1.0), crop), crop)
+    turns = int(rng.integers(4))
+    points = seen.rectangles
+    for _ in range(turns):  # np.rot90 takes (x, y) to (y, S − x)
+        points = np.stack([points[..., 1], crop - points[..., 0]], axis=-1)
+    return replace(seen, rgb=np.ascontiguousarray(np.rot90(seen.rgb, turns)),
+                   depth=np.ascontiguousarray(np.rot90(seen.depth, turns)), rectangles=points)
+
+
+def best_grasp(predictor: Any, case: Case, protocol: Protocol) -> tuple[Grasp | None, float, float]:
+    """The predictor's best grasp in pixels of the case, the seconds it took, and its processor seconds.
+
+    Raises:
+        GraspBenchError: when the predictor cannot be evaluated on images, or not by this protocol.
+        PredictorError: when its answer is unusable.
+    """
+    image = as_image(case)
+    if isinstance(predictor, PrivilegedPredictor):
+        raise GraspBenchError(f"{type(predictor).__name__} needs the simulator's truth and cannot be "
+                              f"evaluated on a data set.")
+    if protocol == "strict":
+        began = _clocks()
+        grasps = predictor.predict(image)
+        seconds = _clocks() - began
+        grasps = checked(grasps, image.intrinsics)
+        return (grasps[0] if grasps else None), *seconds.tolist()
+    if not hasattr(predictor, "maps"):
+        raise GraspBenchError("--protocol legacy filters a network's maps; this predictor gives grasps only. "
+                              "Use --protocol strict.")
+    began = _clocks()
+    best = legacy_best(predictor.maps(image))
+    return best, *(_clocks() - began).tolist()
+
+
+def _clocks() -> Floats:
+    """Seconds on the clock, and of this thread on a processor."""
+    return np.array([time.perf_counter(), time.thread_time()])
+
+
+def as_image(case: Case) -> RgbdImage:
+    """The case as predictors get it; its camera is unknown, and taken to be one of 60° field of view."""
+    h, w = case.depth.shape
+    return RgbdImage(case.rgb, case.depth, Intrinsics.from_fov(w, h, np.radians(60.0)))
+
+
+def evaluate_case(predictor: Predictor, case: Case, protocol: Protocol) -> tuple[Judged, float, float]:
+    """Verdict on the best grasp, and the seconds and processor seconds that the prediction took."""
+    grasp, seconds, cpu = best_grasp(predictor, case, protocol)
+    return judge(grasp, case.rectangles, rasterised=protocol == "legacy"), seconds, cpu

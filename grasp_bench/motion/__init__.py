@@ -1,1 +1,0 @@
-"""Motion: inverse kinematics, trajectories, and the plan of a grasp."""

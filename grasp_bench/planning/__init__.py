@@ -1,0 +1,1 @@
+"""From what the camera saw to a motion of the arm."""

@@ -1,0 +1,47 @@
+"""What ``grasp-bench report --format html`` does before it writes: missing pictures, by replay."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import typer
+
+from grasp_bench.runs.folder import load_run
+from grasp_bench.system.graphics import LIBRARIES, with_gl, without_gl
+
+
+def render_missing(folders: list[Path], mode: str, objects: Path | None) -> None:
+    """Make the pictures and clips of trials that have none, and say what could not be made.
+
+    Args:
+        folders: of the runs.
+        mode: ``none``, ``failures`` or ``all``.
+        objects: folder of the objects' catalogue; the shipped ones by default.
+
+    Raises:
+        GraspBenchError: for an unknown mode, or a run that cannot be done again here.
+    """
+    for renderer in {load_run(f).get("renderer", "") for f in folders} & set(LIBRARIES):
+        with_gl(renderer)
+    without_gl()
+    from grasp_bench.media.modes import check_mode
+
+    if check_mode(mode) == "none":
+        return
+    from grasp_bench.replay.rerender import missing, rerender
+    from grasp_bench.system.progress import Progress
+
+    for folder in folders:
+        count = len(missing(folder, mode))
+        if count == 0:
+            continue
+        typer.echo(f"{folder}: {count} trials again for their pictures", err=True)
+        with Progress(count) as bar:
+            done = rerender(folder, mode, objects, os.cpu_count() or 1, bar.update)
+        if done.differing:
+            typer.echo(f"{folder}: {len(done.differing)} trials did not end as recorded and got no pictures "
+                       f"(trial {done.differing[0]} first); `grasp-bench replay {folder} --trial "
+                       f"{done.differing[0]}` says what differs.", err=True)
+        for number, why in list(done.failed.items())[:1]:
+            typer.echo(f"{folder}: no pictures of {len(done.failed)} trials; trial {number}: {why}", err=True)

@@ -1,0 +1,232 @@
+"""A new run against a baseline, pair by pair: the same trials of both, and a verdict.
+
+Verdicts, and what they mean:
+
+- ``no regression``: a drop of the margin or more is excluded at level α (non-inferiority, by the
+  lower limit of Tango's score interval for paired rates);
+- ``regression``: that is not so, and a drop is proven at level α (McNemar's exact test, one-sided);
+- ``inconclusive``: neither; so many trials can neither prove a drop nor exclude one;
+- ``identical`` and ``different``: with ``exact``, where every record must be the same.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from itertools import zip_longest
+from pathlib import Path
+from typing import Any
+
+from grasp_bench.errors import GraspBenchError, ScenarioError
+from grasp_bench.runs.differences import ORIGIN, differences, listed
+from grasp_bench.runs.folder import RUN, TRIALS, load_run
+from grasp_bench.runs.lines import dump, read_lines
+from grasp_bench.runs.statistics import (
+    Pairs,
+    mcnemar,
+    mcnemar_worse,
+    non_inferiority,
+    paired_interval,
+    power_of_drop,
+    trials_to_exclude,
+    visible_drop,
+)
+from grasp_bench.scenario.outcomes import HARNESS_FAULTS
+
+TRIALS_OF = ("scenario", "seed", "trials", "objects")
+"""Keys of ``run.json`` that say which trials a run is of."""
+
+
+class Verdict(StrEnum):
+    """What a comparison says."""
+
+    NO_REGRESSION = "no regression"
+    REGRESSION = "regression"
+    INCONCLUSIVE = "inconclusive"
+    IDENTICAL = "identical"
+    DIFFERENT = "different"
+
+
+class NotComparableError(GraspBenchError):
+    """Two runs whose rates say nothing about each other."""
+
+
+@dataclass(frozen=True)
+class Changed:
+    """A trial that one of the two runs won and the other did not, or whose record differs."""
+
+    trial: int
+    object: str
+    before: str
+    after: str
+    detail: str
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A comparison.
+
+    Attributes:
+        verdict: see the module.
+        new, baseline: folders.
+        pairs: counts.
+        successes: of the baseline and the new run.
+        margin, alpha: as asked.
+        interval: Tango's, of the difference new − old, with confidence 1 − 2 α.
+        p_worse: McNemar's exact one-sided p-value of a drop.
+        p_two_sided: McNemar's exact two-sided p-value.
+        p_margin: p-value of a drop of the margin or more; at most α excludes it.
+        faults: harness faults in the baseline and the new run.
+        changed: trials that were lost or gained; with ``exact``, whose records differ.
+        power: chance to prove a drop as large as the margin, with as many trials won as here.
+        visible: drop that is proven in 80 of 100 cases; None where none is.
+        visible_unrelated: the same, had the two runs nothing to do with each other.
+        needed: trials that would exclude a drop of the margin in 80 of 100 cases.
+        notes: what is worth knowing, in words.
+    """
+
+    verdict: Verdict
+    new: Path
+    baseline: Path
+    pairs: Pairs
+    successes: tuple[int, int]
+    margin: float
+    alpha: float
+    interval: tuple[float, float]
+    p_worse: float
+    p_two_sided: float
+    p_margin: float
+    faults: tuple[int, int]
+    changed: tuple[Changed, ...]
+    power: float
+    visible: float | None
+    visible_unrelated: float | None
+    needed: int | None
+    notes: tuple[str, ...]
+
+    @property
+    def failed(self) -> bool:
+        """A regression, or records that are not the same."""
+        return self.verdict in (Verdict.REGRESSION, Verdict.DIFFERENT)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data."""
+        return asdict(self) | {"new": str(self.new), "baseline": str(self.baseline),
+                               "pairs": self.pairs._asdict(), "difference": self.pairs.difference}
+
+
+def check(new: Path, baseline: Path, margin: float = 0.03, alpha: float = 0.05,
+          exact: bool = False) -> Checked:
+    """Compare two runs of the same trials.
+
+    Args:
+        new, baseline: folders.
+        margin: drop of the rate that would matter, in (0, 1).
+        alpha: level of both tests, in (0, 0.5).
+        exact: demand identical records.
+
+    Raises:
+        NotComparableError: when the runs are not of the same trials, saying why.
+        ResultsError: when a folder cannot be read.
+        GraspBenchError: for an impossible margin or alpha.
+    """
+    if not 0 < margin < 1:
+        raise GraspBenchError(f"--margin must be between 0 and 1, e.g. 0.03 for 3 points, not {margin:g}.")
+    if not 0 < alpha < 0.5:
+        raise GraspBenchError(f"--alpha must be between 0 and 0.5, e.g. 0.05, not {alpha:g}.")
+    runs = load_run(baseline), load_run(new)
+    before, after = _trials(baseline, new, *runs)
+    lost = sum(b["success"] and not a["success"] for b, a in zip(before, after, strict=True))
+    gained = sum(a["success"] and not b["success"] for b, a in zip(before, after, strict=True))
+    n = len(before)
+    pairs = Pairs(lost, gained, n)
+    successes = sum(b["success"] for b in before), sum(a["success"] for a in after)
+    faults = _faults(before), _faults(after)
+    changed = tuple(
+        Changed(b["trial"], b["object"], b["outcome"], a["outcome"], _why(b, a, exact))
+        for b, a in zip(before, after, strict=True)
+        if (dump(a) != dump(b) if exact else a["success"] is not b["success"]))
+    interval = paired_interval(pairs, 1 - 2 * alpha)
+    p_worse, p_margin = mcnemar_worse(lost, gained), non_inferiority(pairs, margin)
+    if exact:
+        verdict = Verdict.DIFFERENT if changed else Verdict.IDENTICAL
+    elif p_margin <= alpha:
+        verdict = Verdict.NO_REGRESSION
+    else:
+        verdict = Verdict.REGRESSION if p_worse <= alpha else Verdict.INCONCLUSIVE
+    rate, share = successes[0] / n, gained / n
+    drop = min(margin, rate)
+    return Checked(
+        verdict, new, baseline, pairs, successes, margin, alpha, interval, p_worse, mcnemar(lost, gained),
+        p_margin, faults, changed,
+        power=power_of_drop(n, drop, min(share, 1 - rate, rate - drop), alpha),
+        visible=visible_drop(n, rate, share, alpha), visible_unrelated=visible_drop(n, rate, None, alpha),
+        needed=trials_to_exclude(margin, lost / n, share, alpha),
+        notes=tuple(_notes(*runs, small=p_worse <= alpha and verdict is Verdict.NO_REGRESSION,
+                           faults=faults)))
+
+
+def _trials(baseline: Path, new: Path, old_run: dict[str, Any], new_run: dict[str, Any],
+            ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Records of both runs in trial order.
+
+    Raises:
+        NotComparableError: unless they are of the same trials.
+    """
+    if found := differences(_comparable(old_run), _comparable(new_run), TRIALS_OF,
+                            ("in the baseline", "in the new run")):
+        raise NotComparableError(f"{new} and {baseline} are not of the same trials: {listed(found)}. Run "
+                                 "both with the same scenario, objects, trials and seed.")
+    both = []
+    for folder, run in ((baseline, old_run), (new, new_run)):
+        records = sorted(read_lines(folder / TRIALS)[0], key=lambda r: r["trial"])
+        planned = range(run["trials"])
+        if missing := sorted(set(planned) - {r["trial"] for r in records}):
+            shown = ", ".join(map(str, missing[:6])) + (" …" if len(missing) > 6 else "")
+            raise NotComparableError(f"{folder} lacks {len(missing)} of {len(planned)} trials ({shown}); "
+                                     "finish it with the command that began it, or merge its shards.")
+        both.append(records)
+    for old, now in zip_longest(*both):
+        if old is None or now is None or (old["trial"], old["object"]) != (now["trial"], now["object"]):
+            odd = (old or now or {"trial": 0})["trial"]
+            raise NotComparableError(f"{new} and {baseline} are not of the same trials: they differ from "
+                                     f"trial {odd} on.")
+    if not both[0]:
+        raise NotComparableError(f"{baseline} holds no trial.")
+    return both[0], both[1]
+
+
+def _comparable(run: dict[str, Any]) -> dict[str, Any]:
+    """``run.json`` with every key of its scenario, also those that are newer than it, but its words."""
+    from grasp_bench.scenario.reading import parse_scenario
+
+    try:
+        scenario = parse_scenario(run["scenario"], RUN).model_dump(mode="json")
+    except ScenarioError:  # of another version of grasp-bench
+        scenario = run["scenario"]
+    return run | {"scenario": {k: v for k, v in scenario.items() if k not in ("name", "description")}}
+
+
+def _faults(records: list[dict[str, Any]]) -> int:
+    return sum(r["outcome"] in HARNESS_FAULTS for r in records)
+
+
+def _why(before: dict[str, Any], after: dict[str, Any], exact: bool) -> str:
+    if not exact:
+        return after["detail"] if before["success"] else before["detail"]
+    keys = [k for k in dict.fromkeys([*before, *after]) if before.get(k) != after.get(k)]
+    return f"{', '.join(keys)} differ{'s' if len(keys) == 1 else ''}"
+
+
+def _notes(old_run: dict[str, Any], new_run: dict[str, Any], small: bool,
+           faults: tuple[int, int]) -> list[str]:
+    notes = []
+    made_of = ("predictor", "implementation", "weights", "versions", "renderer", *ORIGIN)
+    if found := differences(old_run, new_run, made_of, ("in the baseline", "in the new run")):
+        notes.append(f"Not the same in both: {listed(found).rsplit(' differ', 1)[0]}.")
+    if faults[1] > faults[0]:
+        notes.append(f"{faults[1]} trials of the new run ended in faults of the harness, {faults[0]} of the "
+                     "baseline; they count as failures, so look at them before the rate.")
+    if small:
+        notes.append("A drop is proven, but it is smaller than the margin.")
+    return notes

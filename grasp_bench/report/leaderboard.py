@@ -1,0 +1,211 @@
+"""Rows of the leaderboard: runs of the reference scenario that hold together, checked one by one.
+
+A checked folder proves that its files agree with each other and with the shipped benchmark, not
+that they were measured; ``grasp-bench doctor`` reruns trials of it to see that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from grasp_bench.errors import ResultsError, ScenarioError
+from grasp_bench.predictors import BUILT_IN
+from grasp_bench.runs.folder import TRIALS, load_run, read_lines
+from grasp_bench.runs.statistics import wilson
+from grasp_bench.scenario.outcomes import HARNESS_FAULTS, Outcome
+from grasp_bench.scenario.reading import load_scenario, parse_scenario
+
+ABOUT = "about.yaml"
+SCENARIO = "table4"
+SEED = 0
+
+
+class About(BaseModel):
+    """Who made the predictor and what it learnt from: ``about.yaml`` beside the run.
+
+    Attributes:
+        name: as it shall stand in the table.
+        authors: of the predictor.
+        trained_on: data sets, and how much of them; ``nothing`` for a method that learns nothing.
+        link: paper, code or model card.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: str = Field(min_length=1, max_length=60)
+    authors: str = Field(min_length=1, max_length=120)
+    trained_on: str = Field(min_length=1, max_length=300)
+    link: str = Field(default="", max_length=300, pattern=r"^(https?://[^\s<>|\"`\\]+)?$")
+
+
+@dataclass(frozen=True)
+class Check:
+    """One condition of a row, and whether a run meets it."""
+
+    what: str
+    fault: str = ""
+
+    @property
+    def passed(self) -> bool:
+        """There is no fault."""
+        return not self.fault
+
+
+@dataclass(frozen=True)
+class Row:
+    """A run in the table.
+
+    Attributes:
+        about: name, authors, training.
+        control: it is one of the benchmark's own bounds.
+        successes, trials: counted.
+        faults: trials that ended unstable, in a timeout or an error; failures, too.
+        interval: 95 % Wilson interval of the rate.
+        versions: of the software.
+    """
+
+    about: About
+    control: bool
+    successes: int
+    trials: int
+    faults: int
+    interval: tuple[float, float]
+    versions: dict[str, str]
+
+
+def read_about(folder: Path, run: dict[str, Any]) -> About:
+    """What ``about.yaml`` says, or for a shipped predictor what is known of it.
+
+    Raises:
+        ResultsError: when it is missing for any other predictor, or not as it must be.
+    """
+    path = folder / ABOUT
+    entry = BUILT_IN.get(run["predictor"])
+    if not path.is_file():
+        if entry is None:
+            raise ResultsError(f"{path} is missing: say name, authors, trained_on and, if there is one, link")
+        trained = "nothing" if entry.weights is None else f"see assets/weights/{entry.weights}.md"
+        return About(name=run["predictor"], authors="grasp-bench", trained_on=trained)
+    try:
+        return About.model_validate(yaml.safe_load(path.read_text(encoding="utf-8")))
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ResultsError(f"{path} is not valid YAML: {error}") from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"])) or "the file"
+        raise ResultsError(f"{path}: {where}: {first['msg']}") from error
+
+
+def check(folder: Path) -> list[Check]:
+    """All conditions of a row, in the order of docs/leaderboard.md.
+
+    Raises:
+        ResultsError: when the folder holds no run, or one that cannot be read.
+    """
+    run = load_run(folder)
+    records, _ = read_lines(folder / TRIALS)
+    return [
+        Check("about.yaml names predictor, authors and training data", _about_fault(folder, run)),
+        Check(f"the scenario is {SCENARIO}, seed {SEED}, ray caster", _setting_fault(run)),
+        Check("the objects are the shipped ones, unchanged", _objects_fault(run)),
+        Check("every trial is there, once and in order", _trials_fault(run, records)),
+        Check("every record agrees with itself", _record_fault(records)),
+        Check("the shipped weights are unchanged", _weights_fault(run)),
+    ]
+
+
+def load_row(folder: Path) -> Row:
+    """The row of a run.
+
+    Raises:
+        ResultsError: naming the first condition that it does not meet.
+    """
+    for condition in check(folder):
+        if not condition.passed:
+            raise ResultsError(f"{folder} cannot be a row: {condition.fault}.")
+    run = load_run(folder)
+    records, _ = read_lines(folder / TRIALS)
+    won = sum(r["success"] for r in records)
+    entry = BUILT_IN.get(run["predictor"])
+    return Row(read_about(folder, run), entry is not None and entry.kind == "control", won, len(records),
+               sum(r["outcome"] in HARNESS_FAULTS for r in records), wilson(won, len(records)),
+               dict(run["versions"]))
+
+
+def _about_fault(folder: Path, run: dict[str, Any]) -> str:
+    try:
+        read_about(folder, run)
+    except ResultsError as error:
+        return str(error)
+    return ""
+
+
+def _setting_fault(run: dict[str, Any]) -> str:
+    try:
+        given = parse_scenario(run.get("scenario") or {}, "run.json").model_dump()
+    except ScenarioError as error:
+        return str(error)
+    expected = load_scenario(SCENARIO).model_dump()
+    differing = [k for k in expected if k != "description" and expected[k] != given[k]]
+    if differing:
+        return f"its scenario differs from {SCENARIO} in {', '.join(differing)}"
+    if run.get("seed") != SEED:
+        return f"its seed is {run.get('seed')}, not {SEED}"
+    if run.get("renderer") != "raycast":
+        return f"its images were made by {run.get('renderer')!r}, not by raycast"
+    return ""
+
+
+def _objects_fault(run: dict[str, Any]) -> str:
+    from grasp_bench.objects.catalog import Catalog
+
+    shipped = {name: entry["files"] for name, entry in Catalog().entries.items()}
+    given = run.get("objects", {})
+    missing = [n for n in shipped if n not in given]
+    if missing:
+        return f"{len(missing)} of {len(shipped)} objects were not tried, such as {missing[0]}"
+    if list(given) != list(shipped):
+        return "the objects were not tried in the manifest's order"
+    changed = [n for n in shipped if given[n] != shipped[n]]
+    return f"{len(changed)} objects differ from the shipped ones, such as {changed[0]}" if changed else ""
+
+
+def _trials_fault(run: dict[str, Any], records: list[dict[str, Any]]) -> str:
+    names = list(run.get("objects", {}))
+    planned = run.get("trials")
+    if not names or not isinstance(planned, int) or planned % len(names):
+        return f"{planned} trials cannot be spread evenly over {len(names)} objects"
+    if [r["trial"] for r in records] != list(range(planned)):
+        return (f"it holds {len(records)} of {planned} trials, or not in order; the same command again "
+                "finishes it")
+    wrong = [r["trial"] for r in records if r.get("object") != names[r["trial"] % len(names)]
+             or r.get("seed") != run.get("seed")]
+    return f"trial {wrong[0]} names another object or seed than the run" if wrong else ""
+
+
+def _record_fault(records: list[dict[str, Any]]) -> str:
+    lift = load_scenario(SCENARIO).success.minimum_lift
+    for r in records:
+        if r.get("outcome") not in set(Outcome) or r.get("success") != (r.get("outcome") == Outcome.SUCCESS):
+            return f"trial {r['trial']} says success={r.get('success')} with outcome {r.get('outcome')!r}"
+        if r["success"] and not (r.get("grasp") and r.get("pose") and r.get("lift_height", 0) >= lift
+                                 and r.get("contact_force", 0) > 0 and r.get("sim_steps", 0) > 0):
+            return f"trial {r['trial']} is a success without grasp, lift or contact force"
+    return ""
+
+
+def _weights_fault(run: dict[str, Any]) -> str:
+    from grasp_bench.system.integrity import sha256
+
+    entry = BUILT_IN.get(run["predictor"])
+    path = None if entry is None else entry.file
+    if path is None:
+        return ""
+    expected = sha256(path) if path.is_file() else None
+    given = (run.get("weights") or {}).get(path.name)
+    return "" if given == expected else f"it ran with other weights than the shipped {path.name}"

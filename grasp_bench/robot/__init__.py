@@ -1,0 +1,1 @@
+"""The arm and its gripper: facts, kinematics and trajectories."""

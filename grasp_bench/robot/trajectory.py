@@ -1,0 +1,76 @@
+"""Joint trajectories through waypoints, timed within the arm's velocity limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from grasp_bench.robot.ec66 import VELOCITY_LIMITS
+
+Floats = NDArray[np.float64]
+
+PEAK = 1.875
+"""Greatest slope of the minimum-jerk time law 10 s³ − 15 s⁴ + 6 s⁵."""
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Sampled joint motion.
+
+    Attributes:
+        positions: (T, 6) joint angles [rad].
+        velocities: (T, 6) joint velocities [rad/s].
+    """
+
+    positions: Floats
+    velocities: Floats
+
+    @property
+    def end(self) -> Floats:
+        """(6,) joint angles at the end."""
+        return self.positions[-1]
+
+
+def through(waypoints: list[Floats], period: float, speed_fraction: float, length: float = 0.0,
+            speed: float = np.inf) -> Trajectory:
+    """Smooth motion through joint waypoints, at rest at both ends.
+
+    The path is a cubic spline over the waypoints; a minimum-jerk law runs along it, slow
+    enough for every joint to stay below ``speed_fraction`` of its velocity limit and for the
+    TCP, which covers ``length`` metres, to stay below ``speed`` m/s on average peak.
+
+    Args:
+        waypoints: at least two (6,) joint vectors [rad].
+        period: sampling period [s].
+        speed_fraction: share of the joints' velocity limits that may be used, (0, 1].
+        length: path length of the TCP [m]; 0 when only the joints matter.
+        speed: greatest speed of the TCP [m/s].
+    """
+    q = np.asarray(waypoints, dtype=float)
+    step = np.linalg.norm(np.diff(q, axis=0), axis=1)
+    if step.sum() < 1e-9:
+        return Trajectory(q[-1:].copy(), np.zeros((1, q.shape[1])))
+    knots = np.concatenate([[0.0], np.cumsum(np.maximum(step, 1e-9))])
+    knots /= knots[-1]
+    spline = CubicSpline(knots, q, bc_type="natural") if len(q) > 2 else None
+
+    def path(s: Floats, order: int = 0) -> Floats:
+        if spline is not None:
+            return spline(s, order)
+        if order == 0:
+            return q[0] + s[:, None] * (q[-1] - q[0])
+        return np.repeat((q[-1] - q[0])[None], len(s), axis=0)
+
+    dense = np.linspace(0, 1, 65)
+    law = 30 * dense**2 * (1 - dense) ** 2
+    at = dense**3 * (10 - 15 * dense + 6 * dense**2)
+    slope = np.abs(path(at, 1)) * law[:, None] / np.asarray(VELOCITY_LIMITS)
+    duration = max(float(slope.max()) / speed_fraction, PEAK * length / speed, 2 * period)
+    count = int(np.ceil(duration / period))
+    u = np.arange(1, count + 1) / count
+    s = u**3 * (10 - 15 * u + 6 * u**2)
+    rate = 30 * u**2 * (1 - u) ** 2 / (count * period)
+    return Trajectory(path(s), path(s, 1) * rate[:, None])

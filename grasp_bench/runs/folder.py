@@ -1,0 +1,313 @@
+"""A run's folder: ``run.json``, ``trials.jsonl`` and ``timings.jsonl``.
+
+Each trial is appended, flushed and synced as it ends, so a killed run loses at most the
+trials in flight. When the run is complete the lines are put in trial order, which makes the
+file the same whatever the number of workers.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from array import array
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+from filelock import FileLock, Timeout
+
+from grasp_bench.errors import ResultsError
+from grasp_bench.runs.differences import RESUMING, differences, listed
+from grasp_bench.runs.lines import check_timing, dump, read_lines, scan
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+RUN, TRIALS, TIMINGS = "run.json", "trials.jsonl", "timings.jsonl"
+FORMAT = 1
+_RUN_KEYS: dict[str, type] = {"predictor": str, "scenario": dict, "seed": int, "trials": int, "objects": dict,
+                              "versions": dict, "renderer": str}
+
+
+class RunFolder:
+    """The folder a run writes to, locked while it is open.
+
+    Args:
+        path: created when missing.
+
+    Raises:
+        ResultsError: when it cannot be written, or another run is writing to it.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            self._lock = FileLock(path / ".lock")
+            self._lock.acquire(timeout=0)
+        except Timeout as error:
+            raise ResultsError(f"Another run is writing to {path}; wait for it or choose --out.") from error
+        except OSError as error:
+            raise ResultsError(f"{path} cannot be written ({error.strerror}); "
+                               "choose another --out.") from error
+        self._files: dict[str, int] = {}
+        self.repaired = False
+
+    def __enter__(self) -> RunFolder:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._close()
+        with suppress(OSError):
+            (self.path / ".lock").unlink(missing_ok=True)
+        self._lock.release()
+
+    def _close(self) -> None:
+        for file in self._files.values():
+            with suppress(OSError):  # all was synced when it was written
+                os.close(file)
+        self._files.clear()
+
+    def start(self, run: dict[str, Any],
+              found: Callable[[dict[str, Any]], None] = lambda record: None) -> set[int]:
+        """Begin or resume ``run``; the numbers of trials already done.
+
+        Args:
+            run: content of ``run.json``.
+            found: called with the record of every trial already done.
+
+        Raises:
+            ResultsError: when the folder holds another run, naming what differs.
+        """
+        path = self.path / RUN
+        if path.is_file():
+            if differs := differences(load_run(self.path), run, RESUMING):
+                raise ResultsError(f"{self.path} holds another run: {listed(differs)}. Choose another --out, "
+                                   "or delete the folder if its results are not wanted.")
+        elif (self.path / TRIALS).is_file():
+            raise ResultsError(f"{self.path} holds {TRIALS} without {RUN}, so nobody can tell what was "
+                               "measured; choose another --out.")
+        else:
+            write_synced(path, json.dumps(run, indent=1, ensure_ascii=False) + "\n")
+        done: set[int] = set()
+        sound = 0
+        for line in scan(self.path / TRIALS):
+            found(line.record)
+            done.add(line.record["trial"])
+            sound = line.start + line.length
+        self._cut(TRIALS, sound)
+        sound = 0
+        for line in scan(self.path / TIMINGS, check_timing, unique=False):
+            sound = line.start + line.length
+        self._cut(TIMINGS, sound)
+        return done
+
+    def _cut(self, name: str, sound: int) -> None:
+        """Cut off what a kill left behind the last sound line."""
+        target = self.path / name
+        try:
+            if target.is_file() and target.stat().st_size > sound:
+                self.repaired = True
+                with target.open("r+b") as file:
+                    file.truncate(sound)
+                    os.fsync(file.fileno())
+        except OSError as error:
+            raise ResultsError(f"{target} cannot be written ({error.strerror}).") from error
+
+    def append(self, record: dict[str, Any], timings: dict[str, Any]) -> None:
+        """Write one trial, so that it survives a kill.
+
+        Raises:
+            ResultsError: when the disk is full or the folder has become read-only; what was
+                written before is left as it was.
+        """
+        for name, line in ((TIMINGS, timings), (TRIALS, record)):
+            path = self.path / name
+            try:
+                if name not in self._files:
+                    is_new = not path.exists()
+                    self._files[name] = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
+                    if is_new:
+                        sync_folder(self.path)
+                _write_whole(self._files[name], (dump(line) + "\n").encode())
+            except OSError as error:
+                raise ResultsError(f"{path} cannot be written ({error.strerror}). What was "
+                                   "measured is kept; free some space and run the same command "
+                                   "again.") from error
+
+    def finish(self) -> None:
+        """Put trials and timings in trial order; files that are so already are left alone.
+
+        Raises:
+            ResultsError: when they cannot be written; the unordered ones are kept.
+        """
+        self._close()
+        join([self.path / TRIALS], self.path / TRIALS)
+        join([self.path / TIMINGS], self.path / TIMINGS)
+
+
+def _write_whole(file: int, line: bytes) -> None:
+    """Append and sync a line, or leave the file as it was."""
+    before = os.fstat(file).st_size
+    try:
+        left = memoryview(line)
+        while left:
+            left = left[os.write(file, left):]
+        os.fsync(file)
+    except OSError:
+        with suppress(OSError):
+            os.ftruncate(file, before)
+        raise
+
+
+def join(sources: Sequence[Path], target: Path) -> None:
+    """Write the lines of ``sources`` to ``target`` in trial order, byte for byte.
+
+    Where a trial occurs more than once the last line of the last source is taken. A target
+    that is so already is left alone. Takes 32 bytes of memory a line.
+
+    Raises:
+        ResultsError: for a damaged source, or a target that cannot be written.
+    """
+    import numpy as np
+
+    check = {"check": check_timing} if target.name == TIMINGS else {}
+    numbers = array("q")  # trial, source, start, length of each line
+    for number, path in enumerate(sources):
+        for line in scan(path, unique=False, **check):
+            numbers.extend((line.record["trial"], number, line.start, line.length))
+    lines = np.frombuffer(numbers, dtype=np.int64).reshape(-1, 4)
+    if list(sources) == [target] and target.is_file() and bool(np.all(np.diff(lines[:, 0]) > 0)):
+        return
+    lines = lines[np.argsort(lines[:, 0], kind="stable")]
+    is_last = np.ones(len(lines), dtype=bool)
+    is_last[:-1] = lines[1:, 0] != lines[:-1, 0]
+    lines = lines[is_last]
+    with ExitStack() as stack:
+        new = stack.enter_context(replacing(target))
+        files = [stack.enter_context(p.open("rb")) if p.is_file() else None for p in sources]
+        for _, number, start, length in lines.tolist():
+            file = files[number]
+            assert file is not None
+            file.seek(start)
+            new.write(file.read(length))
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[BinaryIO]:
+    """A file that takes the place of ``path`` at once when all is written, or not at all.
+
+    Raises:
+        ResultsError: when it cannot be written.
+    """
+    temporary = path.with_name(path.name + ".tmp")
+    try:
+        with temporary.open("wb") as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+        sync_folder(path.parent)
+    except OSError as error:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        raise ResultsError(f"{path} cannot be written ({error.strerror}).") from error
+
+
+def write_synced(path: Path, text: str) -> None:
+    """Write a small file at once or not at all, safe from a power cut afterwards."""
+    with replacing(path) as file:
+        file.write(text.encode())
+
+
+def sync_folder(folder: Path) -> None:
+    """Make a new or renamed file's name survive a power cut, where the file system can."""
+    with suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+def load_run(folder: Path) -> dict[str, Any]:
+    """The content of ``run.json``.
+
+    Raises:
+        ResultsError: when it is missing or damaged.
+    """
+    path = folder / RUN
+    try:
+        run = json.loads(path.read_text(encoding="utf-8"))
+        if not isinstance(run, dict):
+            raise ValueError("it does not describe a run")
+        for key, kind in _RUN_KEYS.items():
+            if key not in run:
+                raise ValueError(f"{key!r} is missing")
+            if not isinstance(run[key], kind) or isinstance(run[key], bool):
+                raise ValueError(f"{key!r} has the wrong type")
+        if not isinstance(run["scenario"].get("name"), str):
+            raise ValueError("the scenario has no name")
+        if run.get("format", FORMAT) != FORMAT:
+            raise ValueError(f"format {run['format']!r}; this version reads format {FORMAT}")
+        return run
+    except FileNotFoundError as error:
+        raise ResultsError(f"{folder} holds no {RUN}; name a folder written by `grasp-bench run`.") from error
+    except OSError as error:
+        raise ResultsError(f"{path} cannot be read ({error.strerror}).") from error
+    except (ValueError, RecursionError) as error:
+        raise ResultsError(f"{path} is damaged ({error}); "
+                           "restore it or run again into a new folder.") from error
+
+
+def tried(run: dict[str, Any]) -> list[str]:
+    """Objects that a run's trials try in turn, by the content of its ``run.json``.
+
+    Episodes of clutter may meet any of its objects; who leads them, and in which order, the scenario says.
+    """
+    scenario = run["scenario"]
+    chosen = scenario.get("objects") if scenario.get("clutter") else None
+    names = chosen.get("names") if isinstance(chosen, dict) else None
+    return list(names) if names and isinstance(names, dict) else list(run["objects"])
+
+
+def find_runs(root: Path) -> list[Path]:
+    """Run folders at or below ``root``, sorted.
+
+    Raises:
+        ResultsError: when there is none.
+    """
+    if not root.is_dir():
+        raise ResultsError(f"{root} is not a folder; name a results folder, e.g. results/.")
+    found = sorted(p.parent for p in root.rglob(RUN))
+    if not found:
+        raise ResultsError(f"No run in {root}: run `grasp-bench run` first, or name another folder.")
+    return found
+
+
+def load_records(folder: Path) -> list[dict[str, Any]]:
+    """The trials' records of a run, in trial order.
+
+    Raises:
+        ResultsError: when the file is damaged.
+    """
+    records, _ = read_lines(folder / TRIALS)
+    return sorted(records, key=lambda r: r["trial"])
+
+
+def load_trials(folder: Path) -> pd.DataFrame:
+    """:func:`load_records` as a table, one row each."""
+    import pandas as pd
+
+    return pd.DataFrame(load_records(folder))
+
+
+def iter_timings(folder: Path) -> Iterator[dict[str, Any]]:
+    """Records of ``timings.jsonl``, one for each trial.
+
+    A trial that a kill cut off between its two files has timings of a try that was repeated:
+    the last are taken.
+    """
+    records, _ = read_lines(folder / TIMINGS, check_timing, unique=False)
+    yield from {r["trial"]: r for r in records}.values()

@@ -1,0 +1,142 @@
+"""Scenarios read from ``scenarios/*.yaml`` and validated.
+
+Unknown keys and impossible values are refused, naming the file, the key and what would be valid.
+"""
+
+from __future__ import annotations
+
+import types
+from pathlib import Path
+from typing import Any, Union, get_args, get_origin
+
+import yaml
+from pydantic import ValidationError
+
+from grasp_bench.errors import ScenarioError, UnknownNameError
+from grasp_bench.scenario.fields import Section
+from grasp_bench.scenario.sections import Scenario
+from grasp_bench.system.paths import scenarios_dir
+
+
+def scenario_names() -> list[str]:
+    """Names of the shipped scenarios."""
+    return sorted(p.stem for p in scenarios_dir().glob("*.yaml"))
+
+
+def load_scenario(name: str) -> Scenario:
+    """Scenario by shipped name or by path of a YAML file.
+
+    A file may say ``extends: NAME`` (or a path beside it) and hold only what differs. A section with a
+    ``preset`` starts from the preset, not from the extended file.
+
+    Raises:
+        UnknownNameError: for a name that is neither.
+        ScenarioError: for a file with wrong syntax, keys or values.
+    """
+    path = _find(name)
+    content = _read(path, ())
+    return parse_scenario(content | {"name": content.get("name", path.stem)}, str(path))
+
+
+def _find(name: str, folder: Path = Path()) -> Path:
+    if Path(name).suffix in (".yaml", ".yml"):
+        path = folder / name
+        if not path.is_file():
+            raise ScenarioError(f"Scenario file {path} does not exist.")
+        return path
+    if name in scenario_names():
+        return scenarios_dir() / f"{name}.yaml"
+    raise UnknownNameError("scenario", name, scenario_names())
+
+
+def _read(path: Path, below: tuple[Path, ...]) -> dict[str, Any]:
+    """Content of a file, laid over what it extends; ``below`` are the files that led here."""
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ScenarioError(f"{path} is not valid YAML: {error}") from error
+    if not isinstance(content, dict):
+        raise ScenarioError(f"{path} must hold keys and values, like scenarios/table4.yaml.")
+    parent = content.pop("extends", None)
+    if parent is None:
+        return content
+    if not isinstance(parent, str):
+        raise ScenarioError(f"{path}: extends: must name a scenario or a YAML file (got {parent!r})")
+    try:
+        base = _find(parent, path.parent)
+    except UnknownNameError as error:
+        raise ScenarioError(f"{path}: extends: {error}") from error
+    if base.resolve() in [p.resolve() for p in (path, *below)]:
+        raise ScenarioError(f"{path}: extends: {parent} extends this file in turn")
+    inherited = _read(base, (path, *below))
+    return {k: v for k, v in inherited.items() if k not in ("name", "description")} | {
+        k: _laid_over(inherited.get(k), v) for k, v in content.items()}
+
+
+def _laid_over(inherited: Any, own: Any) -> Any:
+    """A section's own values over the inherited ones."""
+    if isinstance(inherited, dict) and isinstance(own, dict) and "preset" not in own:
+        return inherited | own
+    return own
+
+
+def parse_scenario(content: dict[str, Any], origin: str) -> Scenario:
+    """Validated scenario from plain data; ``origin`` is named in errors."""
+    try:
+        return Scenario.model_validate(content)
+    except ValidationError as error:
+        raise ScenarioError("\n".join(_explain(origin, e) for e in error.errors())) from error
+
+
+def parameters(model: type[Section] = Scenario, prefix: str = "") -> list[str]:
+    """Dotted names of all values of a scenario, such as ``gripper.force``."""
+    names = []
+    for key, field in model.model_fields.items():
+        section = _section(field.annotation)
+        names += [prefix + key] if section is None else parameters(section, f"{prefix}{key}.")
+    return names
+
+
+def with_value(scenario: Scenario, parameter: str, value: Any) -> Scenario:
+    """The scenario with one value replaced, and named after it.
+
+    Args:
+        scenario: to change.
+        parameter: dotted name, one of :func:`parameters`; a ``preset`` resets its whole section.
+        value: plain data.
+
+    Raises:
+        UnknownNameError: for a parameter that there is not.
+        ScenarioError: for a value that is not valid.
+    """
+    valid = [n for n in parameters() if n not in ("name", "description", "version")]
+    if parameter not in valid:
+        raise UnknownNameError("scenario parameter", parameter, valid)
+    content = scenario.model_dump(mode="json")
+    *sections, key = parameter.split(".")
+    place: dict[str, Any] = content
+    for section in sections:
+        place[section] = {} if key == "preset" else place[section] or {}
+        place = place[section]
+    place[key] = value
+    content["name"] = f"{scenario.name}+{parameter}={value}"
+    return parse_scenario(content, parameter)
+
+
+def _section(annotation: Any) -> type[Section] | None:
+    """The section an annotation stands for, optional or not; None for a plain value."""
+    options = get_args(annotation) if get_origin(annotation) in (Union, types.UnionType) else (annotation,)
+    found = [o for o in options if isinstance(o, type) and issubclass(o, Section)]
+    return found[0] if found else None
+
+
+def _explain(origin: str, error: Any) -> str:
+    keys = [str(k) for k in error["loc"]]
+    where = ".".join(keys) or "scenario"
+    if error["type"] == "extra_forbidden":
+        model: Any = Scenario
+        for key in keys[:-1]:
+            model = _section(model.model_fields[key].annotation)
+        return f"{origin}: {UnknownNameError(f'key in {where!r}:', keys[-1], model.model_fields)}"
+    given = "" if isinstance(error["input"], dict) else f" (got {error['input']!r})"
+    return f"{origin}: {where}: {error['msg']}{given}"

@@ -1,0 +1,204 @@
+"""The sections of a scenario: all that defines a trial.
+
+SI units throughout; angles are degrees and a calibration's lengths millimetres where the key says so.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from grasp_bench.camera import CameraPose, Intrinsics
+from grasp_bench.scenario.fields import Fraction, NonNegative, Positive, Section, Vector
+from grasp_bench.scenario.sensors import Sensor
+
+
+class Camera(Section):
+    """A fixed pinhole camera."""
+
+    width: Annotated[int, Field(ge=64, le=4096)] = 640
+    height: Annotated[int, Field(ge=64, le=4096)] = 480
+    horizontal_fov_deg: Annotated[float, Field(gt=5, lt=170)] = 90.0
+    position: Vector = (0.5, 0.0, 0.55)
+    target: Vector = (0.5, 0.0, 0.0)
+    image_up: Vector = (1.0, 0.0, 0.0)
+
+    @property
+    def intrinsics(self) -> Intrinsics:
+        """Pinhole intrinsics."""
+        return Intrinsics.from_fov(self.width, self.height, math.radians(self.horizontal_fov_deg))
+
+    @property
+    def pose(self) -> CameraPose:
+        """Pose in the world."""
+        return CameraPose.look_at(self.position, self.target, self.image_up)
+
+
+class Calibration(Section):
+    """How wrong the camera's pose is known: planner and predictors believe the nominal ``camera``.
+
+    The true optical centre lies ``position_mm`` beside the nominal one, in a direction drawn uniformly from
+    the sphere, and the true camera is turned by ``rotation_deg`` about an axis drawn alike. Both are drawn
+    once for a whole run, as a robot is calibrated once, or anew for every trial.
+    """
+
+    position_mm: NonNegative = 0.0
+    rotation_deg: Annotated[float, Field(ge=0, le=20)] = 0.0
+    drawn: Literal["run", "trial"] = "trial"
+
+    @property
+    def exact(self) -> bool:
+        """There is no error at all."""
+        return self.position_mm == 0 and self.rotation_deg == 0
+
+
+class Light(Section):
+    """Lamps over the table; ``level`` 1 is the light of the reference scenario.
+
+    It changes colours only: depth cameras bring their own light.
+    """
+
+    level: Positive = 1.0
+
+
+class Objects(Section):
+    """Which objects a run takes unless it names others, and what is changed in them.
+
+    Attributes:
+        names: object → why it is here; empty for all.
+        mass_scale: factor on every mass and inertia.
+    """
+
+    names: dict[str, str] = Field(default_factory=dict)
+    mass_scale: Positive = 1.0
+
+    @field_validator("names", mode="before")
+    @classmethod
+    def _from_list(cls, given: Any) -> Any:
+        return dict.fromkeys(given, "") if isinstance(given, list) else given
+
+
+class Clutter(Section):
+    """Many objects at once, taken away one after another; see :mod:`grasp_bench.trials.episode`.
+
+    Attributes:
+        fewest, most: how many objects an episode has, drawn uniformly.
+        workspace: they are put down within ± this of the table's centre [m].
+        failures: failed attempts in a row that end an episode.
+    """
+
+    fewest: Annotated[int, Field(ge=1, le=20)] = 5
+    most: Annotated[int, Field(ge=1, le=20)] = 10
+    workspace: tuple[NonNegative, NonNegative] = (0.13, 0.13)
+    failures: Annotated[int, Field(ge=1, le=20)] = 3
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Clutter:
+        if self.fewest > self.most:
+            raise ValueError("clutter.fewest must not be above clutter.most")
+        return self
+
+
+class Table(Section):
+    """The table top at z = 0, and where objects are put."""
+
+    size: tuple[Positive, Positive] = (0.7, 1.0)
+    center: tuple[float, float] = (0.5, 0.0)
+    friction: Positive = 0.5
+    color: tuple[Fraction, Fraction, Fraction] = (0.62, 0.60, 0.57)
+    workspace: tuple[NonNegative, NonNegative] = (0.06, 0.06)
+
+
+class Settling(Section):
+    """Bringing the object to rest before it is seen."""
+
+    clearance: NonNegative = 0.001
+    timeout: Positive = 3.0
+    linear_speed: Positive = 0.002
+    angular_speed: Positive = 0.05
+    still_time: Positive = 0.1
+
+
+class Gripper(Section):
+    """The parallel gripper."""
+
+    force: Annotated[float, Field(ge=20, le=235)] = 60.0
+    closing_speed: Annotated[float, Field(gt=0, le=0.15)] = 0.075
+    squeeze: Annotated[float, Field(ge=0, le=0.03)] = 0.025
+    friction_scale: Positive = 1.0
+    torsional_friction: NonNegative = 0.005
+    settle_time: NonNegative = 0.25
+
+
+class Shake(Section):
+    """Shaking after the lift, along the three axes of the gripper; see :mod:`grasp_bench.robot.shake`."""
+
+    acceleration: Annotated[float, Field(ge=0, le=20)] = 0.0
+    frequency: Annotated[float, Field(ge=1, le=20)] = 4.0
+    cycles: Annotated[int, Field(ge=1, le=100)] = 2
+
+
+class Motion(Section):
+    """Where and how fast the arm moves."""
+
+    approach_height: Positive = 0.10
+    insertion: Positive = 0.028
+    table_clearance: Positive = 0.002
+    speed_fraction: Annotated[float, Field(gt=0, le=1)] = 0.5
+    approach_speed: Positive = 0.25
+    lift_height: Positive = 0.20
+    lift_speed: Positive = 0.25
+    carry_to: Vector = (0.40, 0.25, 0.0)
+    carry_speed: Positive = 0.50
+    hold_time: Positive = 1.0
+    collision_force: Positive = 40.0
+    tcp_tolerance: Positive = 0.001
+    tcp_tolerance_deg: Positive = 0.5
+    shake: Shake = Shake()
+
+
+class Success(Section):
+    """When a trial is a success (paper, section 4.4)."""
+
+    minimum_lift: Positive = 0.10
+
+
+class Physics(Section):
+    """Solver settings; see docs/design.md for the reasons."""
+
+    timestep: Annotated[float, Field(gt=0, le=0.005)] = 0.002
+    control_steps: Annotated[int, Field(ge=1, le=20)] = 2
+    impratio: Positive = 10.0
+    noslip_iterations: Annotated[int, Field(ge=0, le=20)] = 3
+    max_hulls: Annotated[int, Field(ge=0)] = 0
+    """Convex pieces an object has at most, neighbours being merged; 0 for all there are."""
+
+
+class Scenario(Section):
+    """A whole scenario."""
+
+    name: str
+    description: str = ""
+    version: Literal[1] = 1
+    camera: Camera = Camera()
+    sensor: Sensor = Sensor()
+    calibration: Calibration = Calibration()
+    light: Light = Light()
+    table: Table = Table()
+    settling: Settling = Settling()
+    gripper: Gripper = Gripper()
+    motion: Motion = Motion()
+    success: Success = Success()
+    physics: Physics = Physics()
+    objects: Objects = Objects()
+    clutter: Clutter | None = None
+    trial_timeout: Positive = 60.0
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Scenario:
+        if self.success.minimum_lift >= self.motion.lift_height:
+            raise ValueError("success.minimum_lift must be below motion.lift_height")
+        _ = self.camera.pose  # a degenerate view raises here
+        return self

@@ -1,1 +1,0 @@
-"""A run done in parts on several machines, put together again."""

@@ -1,1 +1,0 @@
-"""Success against a parameter of the scenario; see :mod:`grasp_bench.sweeps.study`."""

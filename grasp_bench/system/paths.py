@@ -1,0 +1,34 @@
+"""Where the files that travel with the package lie: in a checkout or inside an installed wheel."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from grasp_bench.errors import AssetError
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+
+
+def _shared(name: str) -> Path:
+    for base in (_PACKAGE / "_data", _PACKAGE.parent):
+        if (base / name).is_dir():
+            return base / name
+    raise AssetError(f"The folder {name}/ is missing beside or inside {_PACKAGE}; reinstall grasp-bench.")
+
+
+def assets_dir() -> Path:
+    """Folder with ``ec66/``, ``objects/`` and ``weights/``."""
+    return _shared("assets")
+
+
+def scenarios_dir() -> Path:
+    """Folder with the shipped scenario files."""
+    return _shared("scenarios")
+
+
+def constraints_file() -> Path:
+    """The exact versions of the tested stack, in pip's format."""
+    for path in (_PACKAGE / "_data" / "constraints.txt", _PACKAGE.parent / "constraints.txt"):
+        if path.is_file():
+            return path
+    raise AssetError(f"constraints.txt is missing beside or inside {_PACKAGE}; reinstall grasp-bench.")

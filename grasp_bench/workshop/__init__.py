@@ -1,0 +1,1 @@
+"""Makes the assets that trials use; no trial imports it."""

@@ -1,0 +1,58 @@
+"""Visual meshes of the parallel gripper, a design of our own.
+
+Gripper frame: z is the approach direction with z = 0 on the arm's flange, x is the jaw
+opening direction. A finger is drawn at jaw position 0 (pads touching in the plane x = 0),
+its frame being the gripper frame moved to the palm, z = 100 mm. All in millimetres.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from grasp_bench.workshop import shapes as s
+
+PALM = 100.0  # flange to palm
+FINGER = 65.0  # palm to finger tip; flange to TCP is PALM + FINGER
+STROKE = 42.5  # travel of one finger
+PAD = (3.0, 20.0, 24.0)  # thickness (x), width (y), height (z)
+BLADE = 5.0  # steel behind the pad
+
+
+def housing() -> dict[str, s.Mesh]:
+    """Adapter disc, motor body and the rail block with the slot in which the jaws run."""
+    adapter = s.prism(s.circle(36, segments=56), 11, 1.0)
+    motor = s.move(s.prism(s.rect(84, 60, 14), 66, 2.5), z=10)
+    rail = s.move(s.prism(s.rect(132, 50, 7), 36, 2.0), z=PALM - 36)
+    slot = s.move(s.box(140, 25, 12), z=PALM - 10)
+    plug = s.move(s.rotate(s.cylinder(6.5, 9, 24), x=90), y=-28, z=30)
+    window = s.move(s.rounded_box(46, 2, 16, 0.9), y=30, z=34)
+    screw = s.move(s.cylinder(3.2, 1.2, 16), z=PALM - 1)
+    screws = [s.move(screw, x, y) for x in (-58, 58) for y in (-18.5, 18.5)]
+    return {"body": joined(motor, s.difference(rail, slot)),
+            "metal": joined(adapter, plug, *screws), "accent": window}
+
+
+def finger() -> dict[str, s.Mesh]:
+    """Left finger (+x side): carriage in the slot, foot, tapering blade, rubber pad."""
+    back = PAD[0] + BLADE
+    carriage = s.move(s.box(20, 24, 9.8), x=11, z=-9.8)
+    side = s.polygon([(PAD[0], 0.3), (20, 0.3), (20, 8), (14.5, 8.6), (12.5, 11), (back, 35),
+                      (back, FINGER - 1), (back - 1, FINGER), (PAD[0], FINGER)])
+    # The side view is drawn in x and z: extruded upwards, then tipped over about x.
+    blade = s.move(s.rotate(s.extrude(side, PAD[1]), x=90), y=PAD[1] / 2)
+    screws = [s.move(s.cylinder(2.8, 2.0, 16), x=17, y=y, z=7.5) for y in (-5.5, 5.5)]
+    pad = s.move(s.rotate(s.prism(s.rect(PAD[2], PAD[1], 0.8), PAD[0], 0.5), y=90), z=FINGER - PAD[2] / 2)
+    return {"steel": blade, "carriage": joined(carriage, *screws), "pad": pad}
+
+
+def gripper_meshes() -> dict[str, s.Mesh]:
+    """All visual meshes by file stem; the right finger is the left one turned about z."""
+    return {**{f"gripper_{name}": part for name, part in housing().items()},
+            **{f"finger_{name}": part for name, part in finger().items()}}
+
+
+def joined(*meshes: s.Mesh) -> s.Mesh:
+    """Separate solids in one mesh, overlaps left as they are: each keeps its own smooth shading."""
+    first = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    faces = [mesh.faces + start for mesh, start in zip(meshes, first, strict=False)]
+    return s.Mesh(np.vstack([mesh.vertices for mesh in meshes]), np.vstack(faces), process=False)

@@ -1,0 +1,111 @@
+"""What an import command asks for, checked and turned into one job an object."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from grasp_bench.errors import GraspBenchError, UnknownNameError
+from grasp_bench.objects.catalog import MANIFEST
+from grasp_bench.workshop.importing.folder import RefusedError, clean_name, find_objects, read_plain
+from grasp_bench.workshop.importing.importer import FAMILY, MASSES, Job, Options
+from grasp_bench.workshop.importing.repair import HOLES
+from grasp_bench.workshop.importing.units import UNITS
+
+FRICTIONS = (0.05, 2.0)
+
+
+def plan_jobs(path: Path, out: Path, *, name: str | None = None, masses: Path | None = None,
+              **settings: Any) -> list[Job]:
+    """Jobs for a file or folder.
+
+    Args:
+        path: file or folder.
+        out: where the objects go; must not be a folder of modelled objects.
+        name: of a single object.
+        masses: CSV file with columns ``name`` and ``mass_kg``.
+        settings: fields of :class:`~grasp_bench.workshop.importing.importer.Options`.
+
+    Raises:
+        GraspBenchError: for settings, files and folders that make no sense, with the remedy.
+    """
+    options = Options(**settings)
+    _check(options, masses)
+    _check_target(out)
+    found = find_objects(path)
+    if name is not None:
+        if len(found) > 1:
+            raise GraspBenchError(f"--name is for one object, but {path} holds {len(found)}.")
+        found = [(clean_name(name), *found[0][1:])]
+    if options.mass is not None and len(found) > 1:
+        raise GraspBenchError(f"--mass is for one object, but {path} holds {len(found)}; give --masses or "
+                              "--density.")
+    table = {} if masses is None else read_masses(masses)
+    unknown = sorted(set(table) - {n for n, _, _ in found})
+    if unknown and len(unknown) == len(table):
+        raise UnknownNameError(f"object in {masses}:", unknown[0], [n for n, _, _ in found])
+    return [Job(label, file, root, replace(options, mass=table.get(label, options.mass)))
+            for label, file, root in found]
+
+
+def _check(options: Options, masses: Path | None) -> None:
+    for kind, value, valid in (("unit", options.units, (*UNITS, "auto")), ("upward axis", options.up,
+                               ("y", "z", "auto")), ("inertia", options.inertia, ("solid", "shell")),
+                               ("way with holes", options.holes, HOLES)):
+        if value not in valid:
+            raise UnknownNameError(kind, value, valid)
+    if sum(x is not None for x in (options.mass, options.density, masses)) > 1:
+        raise GraspBenchError("Give one of --mass, --masses and --density.")
+    if options.mass is not None and not MASSES[0] <= options.mass <= MASSES[1]:
+        raise GraspBenchError(f"--mass {options.mass:g}: {MASSES[0]:g} to {MASSES[1]:g} kg can be lifted and "
+                              "simulated.")
+    if options.density is not None and not 1 <= options.density <= 25_000:
+        raise GraspBenchError(f"--density {options.density:g} is not that of a solid; 1 to 25000 kg/m³.")
+    if not FRICTIONS[0] <= options.friction <= FRICTIONS[1]:
+        raise GraspBenchError(f"--friction {options.friction:g} is not between {FRICTIONS[0]:g} and "
+                              f"{FRICTIONS[1]:g}.")
+
+
+def _check_target(out: Path) -> None:
+    """Imports go to a folder of their own."""
+    import json
+
+    manifest = out / MANIFEST
+    if out.exists() and not out.is_dir():
+        raise GraspBenchError(f"--out {out} is not a folder.")
+    if manifest.is_file():
+        try:
+            families = {e["family"] for e in json.loads(manifest.read_text())["objects"]}
+        except (ValueError, KeyError, TypeError) as error:
+            raise GraspBenchError(f"{manifest} is not a valid manifest; choose another --out.") from error
+        if families - {FAMILY}:
+            raise GraspBenchError(f"{out} holds objects that were not imported; choose another --out.")
+
+
+def read_masses(path: Path) -> dict[str, float]:
+    """Masses [kg] by object name.
+
+    Raises:
+        GraspBenchError: naming the line at fault.
+    """
+    try:
+        text = read_plain(path).decode("utf-8-sig")
+    except FileNotFoundError:
+        raise GraspBenchError(f"--masses {path} does not exist.") from None
+    except (UnicodeDecodeError, RefusedError) as error:
+        raise GraspBenchError(f"--masses {path} cannot be read ({error}).") from error
+    rows = csv.DictReader(text.splitlines())
+    if not {"name", "mass_kg"} <= set(rows.fieldnames or ()):
+        raise GraspBenchError(f"{path} must start with the line name,mass_kg.")
+    table = {}
+    for row in rows:
+        try:
+            mass = float(row["mass_kg"])
+            if not MASSES[0] <= mass <= MASSES[1]:
+                raise ValueError(f"{MASSES[0]:g} to {MASSES[1]:g} kg can be lifted and simulated")
+            table[clean_name(row["name"])] = mass
+        except (TypeError, ValueError, AttributeError, RefusedError) as error:
+            raise GraspBenchError(f"{path}, line {rows.line_num}: {error}.") from error
+    return table

@@ -1,0 +1,124 @@
+"""The XML of an MJCF or URDF file: read by defusedxml, and stripped to what describes one rigid body."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+from defusedxml import ElementTree as SafeTree
+from defusedxml.common import DefusedXmlException
+
+from grasp_bench.workshop.importing.folder import RefusedError
+
+MAX_XML = 20_000_000
+MAX_ELEMENTS = 20_000
+KEPT = {"mujoco", "compiler", "default", "asset", "mesh", "material", "worldbody", "body", "frame", "geom",
+        "inertial", "joint", "freejoint",
+        "robot", "link", "visual", "collision", "origin", "geometry", "box", "sphere", "cylinder", "color",
+        "mass", "inertia", "parent", "child"}
+"""Elements that describe a rigid object; others are left out."""
+FOREIGN = {"include", "plugin", "extension", "attach", "model", "composite", "flexcomp", "replicate",
+           "hfield", "skin"}
+"""Elements that pull in other files or code, or make what is no rigid body."""
+COMPILER = {"angle", "eulerseq", "autolimits", "balanceinertia", "boundmass", "boundinertia", "settotalmass",
+            "inertiafromgeom", "inertiagrouprange", "exactmeshinertia"}
+
+
+def parse(content: bytes, name: str) -> ET.Element:
+    """The tree of an MJCF or URDF file.
+
+    Raises:
+        RefusedError: for what is too large, not XML, or asks for anything beyond one file.
+    """
+    if len(content) > MAX_XML:
+        raise RefusedError(f"{name} has {len(content) / 1e6:.0f} MB; at most {MAX_XML / 1e6:.0f} MB of XML "
+                           "are read")
+    try:
+        tree = SafeTree.fromstring(content, forbid_dtd=True)
+    except DefusedXmlException as error:
+        raise RefusedError(f"{name} declares entities or a document type, which are not read") from error
+    except (ET.ParseError, ValueError) as error:
+        raise RefusedError(f"{name} is not valid XML ({error})") from error
+    except RecursionError as error:
+        raise RefusedError(f"{name} is nested too deeply") from error
+    if tree.tag not in ("mujoco", "robot"):
+        raise RefusedError(f"{name} is neither MJCF (<mujoco>) nor URDF (<robot>), but "
+                           f"<{str(tree.tag)[:40]}>")
+    elements = list(tree.iter())
+    if len(elements) > MAX_ELEMENTS:
+        raise RefusedError(f"{name} has {len(elements)} elements; at most {MAX_ELEMENTS} are read")
+    for element in elements:
+        if element.tag in FOREIGN and not (tree.tag == "robot" and element.tag == "model"):
+            raise RefusedError(f"{name} uses <{element.tag}>, which is not read: only one rigid object, "
+                               "whole in its file, is imported")
+    return tree
+
+
+def check_rigid(tree: ET.Element) -> None:
+    """Refuse what is several bodies or has moving joints.
+
+    Raises:
+        RefusedError: saying which.
+    """
+    if tree.tag == "robot":
+        moving = [j for j in tree.findall("joint") if j.get("type") not in ("fixed", "floating")]
+        kinds = [str(j.get("type")) for j in moving]
+    else:
+        world = tree.find("worldbody")
+        bodies = [] if world is None else list(world.iter("body"))
+        top = [] if world is None else world.findall("body")
+        if len(top) > 1:
+            raise RefusedError(f"it describes {len(top)} bodies side by side; import one object a file")
+        kinds = [str(j.get("type", "hinge")) for b in bodies for j in b.findall("joint")
+                 if j.get("type") != "free"]
+    if kinds:
+        raise RefusedError(f"it has a joint ({kinds[0]}); only rigid objects are imported")
+
+
+def free_urdf(tree: ET.Element) -> None:
+    """Hang the root link on a free joint, without which MuJoCo would make it part of the world."""
+    children = {c.get("link") for j in tree.findall("joint") for c in j.findall("child")}
+    roots = [link for link in tree.findall("link") if link.get("name") not in children]
+    if len(roots) != 1:
+        raise RefusedError(f"its links make {len(roots)} trees; one is imported")
+    ET.SubElement(tree, "link", name="grasp_bench_world")
+    joint = ET.SubElement(tree, "joint", name="grasp_bench_free", type="floating")
+    ET.SubElement(joint, "parent", link="grasp_bench_world")
+    ET.SubElement(joint, "child", link=str(roots[0].get("name")))
+    for extra in tree.findall("mujoco"):
+        tree.remove(extra)
+    # Where a file gives inertias, a link without one has none.
+    given = "false" if any(True for _ in tree.iter("inertial")) else "auto"
+    ET.SubElement(ET.SubElement(tree, "mujoco"), "compiler", discardvisual="false", fusestatic="true",
+                  strippath="true", balanceinertia="true", inertiafromgeom=given)
+
+
+def strip(tree: ET.Element, notes: list[str]) -> None:
+    """Leave out what does not describe the rigid body."""
+    left = set()
+
+    def walk(element: ET.Element) -> None:
+        for child in list(element):
+            if child.tag not in KEPT:
+                element.remove(child)
+                left.add(str(child.tag))
+                continue
+            if child.tag == "compiler" and tree.tag == "mujoco":
+                for key in set(child.keys()) - COMPILER:
+                    del child.attrib[key]
+            if child.tag == "material":
+                for key in ("texture", "class"):
+                    child.attrib.pop(key, None)
+            walk(child)
+
+    walk(tree)
+    left -= {"option", "visual", "statistic", "size", "texture", "key", "site", "light", "camera", "layer"}
+    if left:
+        notes.append(f"left out: {', '.join(f'<{t}>' for t in sorted(left)[:8])}")
+
+
+def settings(tree: ET.Element) -> dict[str, str]:
+    """Attributes of all ``compiler`` elements, later ones first."""
+    found: dict[str, str] = {}
+    for compiler in tree.findall("compiler"):
+        found |= dict(compiler.items())
+    return found

@@ -1,0 +1,120 @@
+"""Makes the pictures of README and docs: ``python scripts/make_images.py [arm trial objects gallery]``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from grasp_bench.system.graphics import with_gl
+
+with_gl()  # before anything imports MuJoCo
+
+import cv2  # noqa: E402
+import mujoco  # noqa: E402
+import numpy as np  # noqa: E402
+from PIL import Image, ImageDraw  # noqa: E402
+
+from grasp_bench.objects.catalog import Catalog  # noqa: E402
+from grasp_bench.predictors import load_predictor  # noqa: E402
+from grasp_bench.scenario.reading import load_scenario  # noqa: E402
+from grasp_bench.scene.builder import compile_scene  # noqa: E402
+from grasp_bench.scene.world import World  # noqa: E402
+from grasp_bench.trials.attempt import Workcell, run_trial  # noqa: E402
+from grasp_bench.workshop.gallery import gallery_sheet  # noqa: E402
+from grasp_bench.workshop.model import FAMILIES  # noqa: E402
+from grasp_bench.workshop.pictures import contact_sheet  # noqa: E402
+
+IMAGES = Path(__file__).parents[1] / "docs" / "images"
+
+
+class Photographer:
+    """Takes pictures of a world from a fixed side view."""
+
+    def __init__(self, size: tuple[int, int], lookat: tuple[float, float, float], distance: float,
+                 azimuth: float = 140, elevation: float = -22) -> None:
+        self.size = size
+        self.camera = mujoco.MjvCamera()
+        self.camera.lookat[:] = lookat
+        self.camera.distance, self.camera.azimuth, self.camera.elevation = distance, azimuth, elevation
+        self._renderer: mujoco.Renderer | None = None
+
+    def shoot(self, world: World) -> Image.Image:
+        """One picture."""
+        renderer = self._renderer
+        if renderer is None:
+            width, height = self.size
+            glob = world.model.vis.global_
+            glob.offwidth, glob.offheight = 2 * width, 2 * height
+            world.model.vis.headlight.ambient[:] = 0.35
+            renderer = self._renderer = mujoco.Renderer(world.model, 2 * height, 2 * width)
+        option = mujoco.MjvOption()
+        option.geomgroup[:] = [1, 1, 1, 0, 0, 0]
+        renderer.update_scene(world.data, self.camera, option)
+        return Image.fromarray(renderer.render()).resize(self.size, Image.Resampling.LANCZOS)
+
+
+def arm() -> None:
+    """The EC66 with its gripper."""
+    scenario = load_scenario("table4")
+    world = World(compile_scene(scenario, Catalog().load("coffee_mug")), scenario)
+    world.data.qpos[:6] = np.radians([-15, -70, 90, -110, 90, 15])
+    world.place_object(np.array([0.55, 0.18, 0.05]), np.array([1.0, 0, 0, 0]))
+    mujoco.mj_forward(world.model, world.data)
+    Photographer((720, 540), (0.25, 0.05, 0.25), 1.35).shoot(world).save(IMAGES / "arm.png")
+
+
+def trial() -> None:
+    """A trial in five pictures: what the camera saw, then approach, grip, lift and hold."""
+    scenario = load_scenario("table4")
+    model = Catalog().load("coffee_mug")
+    photographer = Photographer((360, 300), (0.42, 0.1, 0.14), 1.05, 150)
+    frames: list[Image.Image] = []
+    count = 0
+
+    def observe(world: World) -> None:
+        nonlocal count
+        if count % 25 == 0:
+            frames.append(photographer.shoot(world))
+        count += 1
+
+    done = run_trial(Workcell(scenario), model, load_predictor("htc-grasp"), trial=0, attempt=0, seed=0,
+                     observer=observe)
+    assert done.image is not None
+    assert done.record.grasp is not None
+    corners = np.round(done.record.grasp.rectangle(16)).astype(np.int32)
+    seen = cv2.polylines(done.image.rgb.copy(), [corners], True, (230, 40, 40), 1, cv2.LINE_AA)
+    views = [Image.fromarray(seen[90:390, 140:500])]
+    views += [frames[round(share * (len(frames) - 1))] for share in (0.2, 0.42, 0.62, 1.0)]
+    strip = Image.new("RGB", (sum(v.width for v in views) + 8 * 4, 324), "white")
+    draw = ImageDraw.Draw(strip)
+    for i, (view, name) in enumerate(zip(views, ("seen, with its grasp", "approach", "grip", "lift", "hold"),
+                                         strict=True)):
+        strip.paste(view, (i * 368, 0))
+        draw.text((i * 368 + 6, 306), name, fill="black")
+    strip.save(IMAGES / "trial.png")
+    small = [f.resize((300, 250)).quantize(64) for f in frames]
+    small[0].save(IMAGES / "trial.gif", save_all=True, append_images=small[1:], duration=100, loop=0)
+
+
+def objects() -> None:
+    """Contact sheet of all objects."""
+    catalog = Catalog()
+    sheet = contact_sheet([catalog.load(n) for n in catalog.names], columns=12)
+    sheet.convert("RGB").save(IMAGES / "objects.jpg", quality=85)
+
+
+def gallery() -> None:
+    """Every object from two sides with its convex pieces and its grasp, a sheet a family."""
+    catalog = Catalog()
+    for family in FAMILIES:
+        names = sorted((n for n, e in catalog.entries.items() if e["family"] == family),
+                       key=lambda n: (catalog.entries[n]["category"], n))
+        sheet = gallery_sheet([catalog.load(n) for n in names])
+        sheet.save(IMAGES / f"gallery-{family}.webp", quality=82, method=6)
+
+
+if __name__ == "__main__":
+    IMAGES.mkdir(exist_ok=True)
+    makers = {"arm": arm, "trial": trial, "objects": objects, "gallery": gallery}
+    for name in sys.argv[1:] or makers:
+        makers[name]()

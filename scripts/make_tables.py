@@ -1,0 +1,50 @@
+"""Writes the measured tables into README.md, docs/results.md and docs/leaderboard.md.
+
+``python scripts/make_tables.py``
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from grasp_bench.report.accuracy import markdown
+from grasp_bench.report.leaderboard import load_row
+from grasp_bench.report.leaderboard_page import as_markdown as as_leaderboard
+from grasp_bench.report.table4 import build_report
+from grasp_bench.report.text import as_markdown
+from grasp_bench.runs.folder import find_runs
+from grasp_bench.studies.bench_table import compare, read_evaluations, run_folders, tables
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def replace(path: Path, marker: str, text: str) -> None:
+    """Put ``text`` between ``<!-- marker -->`` and ``<!-- /marker -->``."""
+    content = path.read_text(encoding="utf-8")
+    pattern = re.compile(rf"(<!-- {marker} -->\n).*?(<!-- /{marker} -->)", re.DOTALL)
+    if not pattern.search(content):
+        raise SystemExit(f"{path} has no marker {marker!r}")
+    path.write_text(pattern.sub(lambda m: m[1] + text.strip() + "\n" + m[2], content), encoding="utf-8")
+
+
+def main() -> None:
+    reference = ROOT / "results" / "reference"
+    text = as_markdown(build_report(find_runs(reference), reference))
+    table, _, rest = text.partition("\n### ")
+    replace(ROOT / "README.md", "table4", table.replace("## Table 4, re-measured\n", ""))
+    compared, evaluations = compare(run_folders(reference)), read_evaluations(ROOT / "results" / "evaluation")
+    replace(ROOT / "docs" / "results.md", "measured", markdown(tables(compared, evaluations)))
+    replace(ROOT / "docs" / "results.md", "runs", "### " + rest)
+    replace(ROOT / "docs" / "leaderboard.md", "leaderboard", leaderboard())
+
+
+def leaderboard() -> str:
+    """Rows of the reference runs and of those that were handed in."""
+    submitted = ROOT / "results" / "leaderboard"
+    folders = find_runs(ROOT / "results" / "reference") + (find_runs(submitted) if submitted.is_dir() else [])
+    return as_leaderboard([load_row(folder) for folder in folders])
+
+
+if __name__ == "__main__":
+    main()

@@ -25,19 +25,40 @@ from grasp_bench.runs.merge import merge
 from grasp_bench.scenario.reading import load_scenario
 
 OBJECTS = [f"object_{i:03}" for i in range(180)]
-RUN = {"format": 1, "predictor": "none", "scenario": {"name": "none"}, "seed": 0, "weights": None,
-       "objects": {o: {} for o in OBJECTS}, "versions": {}, "renderer": "raycast"}
+RUN = {
+    "format": 1,
+    "predictor": "none",
+    "scenario": {"name": "none"},
+    "seed": 0,
+    "weights": None,
+    "objects": {o: {} for o in OBJECTS},
+    "versions": {},
+    "renderer": "raycast",
+}
 
 
 def record(job: Job) -> dict[str, Any]:
     """A made-up record as long as a real one."""
-    return {"trial": job.trial, "object": job.object, "category": "thing", "seed": 0, "outcome": "success",
-            "success": True, "detail": "",
-            "grasp": {"x": 285.061, "y": 236.951, "angle": -1.300328, "width": 53.748, "quality": 0.991},
-            "pose": {"position": [0.504588, 0.052574, 0.040483], "opening": 0.080876,
-                     "rotation": [[-0.963646, -0.267183, 0.0], [-0.267183, 0.963646, 0.0], [0.0, 0.0, -1.0]]},
-            "rank": 0, "tcp_error": {"position": 0.000137, "angle": 0.000269}, "lift_height": 0.19993,
-            "contact_force": 59.427, "sim_steps": 3222}
+    return {
+        "trial": job.trial,
+        "object": job.object,
+        "category": "thing",
+        "seed": 0,
+        "outcome": "success",
+        "success": True,
+        "detail": "",
+        "grasp": {"x": 285.061, "y": 236.951, "angle": -1.300328, "width": 53.748, "quality": 0.991},
+        "pose": {
+            "position": [0.504588, 0.052574, 0.040483],
+            "opening": 0.080876,
+            "rotation": [[-0.963646, -0.267183, 0.0], [-0.267183, 0.963646, 0.0], [0.0, 0.0, -1.0]],
+        },
+        "rank": 0,
+        "tcp_error": {"position": 0.000137, "angle": 0.000269},
+        "lift_height": 0.19993,
+        "contact_force": 59.427,
+        "sim_steps": 3222,
+    }
 
 
 class IdlePool(WorkerPool):
@@ -57,8 +78,11 @@ def measure(name: str, trials: int, work: Callable[[], object]) -> None:
     processor, wall = time.process_time(), time.perf_counter()
     work()
     processor, wall = time.process_time() - processor, time.perf_counter() - wall
-    print(f"{name:<44} {1e6 * processor / trials:8.1f} µs {1e6 * wall / trials:8.1f} µs of wall time"
-          f" {processor / trials * 1e6 / 60:8.1f} min a million", flush=True)
+    print(
+        f"{name:<44} {1e6 * processor / trials:8.1f} µs {1e6 * wall / trials:8.1f} µs of wall time"
+        f" {processor / trials * 1e6 / 60:8.1f} min a million",
+        flush=True,
+    )
 
 
 def write_part(folder: Path, trials: int, shard: Shard) -> None:
@@ -82,8 +106,11 @@ def main() -> None:
         with RunFolder(home / "live") as folder:
             folder.start(RUN | {"trials": args.live})
             jobs = list(spread(OBJECTS, args.live))
-            measure("append and sync to disk", args.live,
-                    lambda: [folder.append(record(j), {"trial": j.trial, "plan": 0.1}) for j in jobs])
+            measure(
+                "append and sync to disk",
+                args.live,
+                lambda: [folder.append(record(j), {"trial": j.trial, "plan": 0.1}) for j in jobs],
+            )
 
         def through_the_pool() -> None:
             source = iter(spread(OBJECTS, args.live))

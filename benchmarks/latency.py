@@ -60,6 +60,7 @@ def eager(name: str, mode: str) -> Run:
     def run() -> object:
         with torch.autocast("cpu", torch.bfloat16, enabled=mode.startswith("bf16")):
             return network(x)
+
     return run
 
 
@@ -75,9 +76,15 @@ def openvino(name: str, precision: str, threads: int) -> Run:
         raise GraspBenchError("--engine openvino needs it: pip install 'grasp-bench[engines]'.") from None
     x = torch.randn(1, info(name).channels, info(name).crop, info(name).crop)
     converted = ov.convert_model(torch.export.export(build(name).eval(), (x,)))
-    compiled = ov.Core().compile_model(converted, "CPU", {
-        "INFERENCE_PRECISION_HINT": precision, "INFERENCE_NUM_THREADS": threads,
-        "PERFORMANCE_HINT": "LATENCY"})
+    compiled = ov.Core().compile_model(
+        converted,
+        "CPU",
+        {
+            "INFERENCE_PRECISION_HINT": precision,
+            "INFERENCE_NUM_THREADS": threads,
+            "PERFORMANCE_HINT": "LATENCY",
+        },
+    )
     request, values = compiled.create_infer_request(), np.ascontiguousarray(x.numpy())
     return lambda: request.infer([values])
 
@@ -92,8 +99,9 @@ def measure(names: list[str], threads: list[int], repeats: int, engine: Engine |
             for count in threads:
                 cases |= {(count, mode, name): run for mode, run in passes.items()}
                 if engine:
-                    cases |= {(count, f"{engine.value} {p}", name): openvino(name, p, count)
-                              for p in ENGINE_MODES}
+                    cases |= {
+                        (count, f"{engine.value} {p}", name): openvino(name, p, count) for p in ENGINE_MODES
+                    }
             progress.advance(task)
         task = progress.add_task("timing", total=repeats + 2)
         times: dict[Case, list[float]] = {case: [] for case in cases}
@@ -112,8 +120,10 @@ def table(figures: dict[Case, float], threads: int, repeats: int) -> Table:
     """Milliseconds of each network in each mode, and how many times faster than the references it is."""
     modes = list(dict.fromkeys(mode for count, mode, _ in figures if count == threads))
     names = list(dict.fromkeys(name for _, _, name in figures))
-    shown = Table(title=f"{threads} thread{'s' * (threads > 1)}: ms, then × {' and × '.join(REFERENCES)}; "
-                        f"median of {repeats}, torch {torch.__version__}")
+    shown = Table(
+        title=f"{threads} thread{'s' * (threads > 1)}: ms, then × {' and × '.join(REFERENCES)}; "
+        f"median of {repeats}, torch {torch.__version__}"
+    )
     shown.add_column("network")
     shown.add_column("parameters", justify="right")
     for mode in modes:
@@ -130,11 +140,14 @@ def table(figures: dict[Case, float], threads: int, repeats: int) -> Table:
 
 def main(
     repeats: Annotated[int, typer.Option(help="Timed forward passes of each case.", min=1)] = 20,
-    threads: Annotated[list[int] | None, typer.Option(
-        help="Threads, repeatable.", show_default="1 and 2")] = None,
+    threads: Annotated[
+        list[int] | None, typer.Option(help="Threads, repeatable.", show_default="1 and 2")
+    ] = None,
     engine: Annotated[Engine | None, typer.Option(help="Measure this engine besides eager PyTorch.")] = None,
-    predictor: Annotated[list[str] | None, typer.Option(
-        help=f"Network, repeatable: {', '.join(NETWORKS)}.", show_default="all")] = None,
+    predictor: Annotated[
+        list[str] | None,
+        typer.Option(help=f"Network, repeatable: {', '.join(NETWORKS)}.", show_default="all"),
+    ] = None,
 ) -> None:
     """Print a table of latencies for each number of threads."""
     counts = threads or [1, 2]
@@ -148,8 +161,9 @@ def main(
     for count in counts:
         console.print(table(figures, count, repeats))
     paper = ", ".join(f"{ratio:.1f}× {name}" for name, ratio in REFERENCES.items())
-    console.print(f"HTC-Grasp in its paper: {paper} ({PRINTED['htc-grasp']:g} ms, Table 1; other hardware, "
-                  "other code).")
+    console.print(
+        f"HTC-Grasp in its paper: {paper} ({PRINTED['htc-grasp']:g} ms, Table 1; other hardware, other code)."
+    )
 
 
 if __name__ == "__main__":

@@ -51,8 +51,9 @@ class Recorder:
         self.tape.append((data.ctrl.copy(), count))
         mujoco.mj_step(model, data, count)
 
-    def rollout(self, model: mujoco.MjModel, data: mujoco.MjData, state: Any, controls: Any,
-                **options: Any) -> None:
+    def rollout(
+        self, model: mujoco.MjModel, data: mujoco.MjData, state: Any, controls: Any, **options: Any
+    ) -> None:
         """Roll out, and remember."""
         if self.start is None:
             self.start = (model, data.qpos.copy(), data.qvel.copy())

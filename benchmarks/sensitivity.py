@@ -51,9 +51,20 @@ def study(folder: Path, workers: int, only: list[str]) -> list[Sweep]:
     for parameter, values in STUDY.items():
         if only and parameter not in only:
             continue
-        done.append(sweep(parameter, values, base, folder, predictors=PREDICTORS, objects=objects,
-                          workers=workers, progress=lambda words, record, _: print(
-                              f"\r{words}: trial {record['trial']:3d}", end="", file=sys.stderr)))
+        done.append(
+            sweep(
+                parameter,
+                values,
+                base,
+                folder,
+                predictors=PREDICTORS,
+                objects=objects,
+                workers=workers,
+                progress=lambda words, record, _: print(
+                    f"\r{words}: trial {record['trial']:3d}", end="", file=sys.stderr
+                ),
+            )
+        )
     return done
 
 
@@ -64,8 +75,10 @@ def conclusion(done: Sweep) -> str:
         points = [p for p in done.points if p.predictor == name]
         own = next(p for p in points if words(p.value) == words(done.own))
         apart = [p for p in points if p.p is not None and p.p < LEVEL]
-        found = "".join(f"{words(p.value)} differs ({p.successes}/{p.trials}, −{p.lost}/+{p.gained}, "
-                        f"p = {p.p:.2g}); " for p in apart)
+        found = "".join(
+            f"{words(p.value)} differs ({p.successes}/{p.trials}, −{p.lost}/+{p.gained}, p = {p.p:.2g}); "
+            for p in apart
+        )
         rest = "the other values cannot be told from it" if apart else "no value can be told from it"
         if len(apart) == len(points) - 1:
             rest = "no value is like it"
@@ -84,23 +97,34 @@ def as_markdown(done: list[Sweep]) -> str:
         "the same random numbers. Intervals are 95 % Wilson. As trials are paired, those lost (−) and",
         "gained (+) against the reference, with the exact McNemar test, show what intervals hide;",
         "p-values are not corrected for the number of comparisons. Numbers:",
-        "[sensitivity.csv](sensitivity.csv).", "",
-        f"Values that differ from the reference at p < {LEVEL:g}:", "",
-        *(f"- **`{one.parameter}`** ({MEANING[one.parameter]}): {conclusion(one)}" for one in done), "",
+        "[sensitivity.csv](sensitivity.csv).",
+        "",
+        f"Values that differ from the reference at p < {LEVEL:g}:",
+        "",
+        *(f"- **`{one.parameter}`** ({MEANING[one.parameter]}): {conclusion(one)}" for one in done),
+        "",
         "What to conclude: a parameter whose values cannot be told apart, over a range that surely holds the",
         "true one, does not decide the result at this n. One whose values differ must be known for the robot",
-        "in question before its success rate is compared with a simulated one.", ""]
+        "in question before its success rate is compared with a simulated one.",
+        "",
+    ]
     for one in done:
-        lines += [f"### `{one.parameter}`", "", f"![Success against {one.parameter}]"
-                  f"(images/sensitivity-{one.parameter}.svg)", "",
-                  "| Predictor | Value | Lifted | 95 % interval | − / + | p |",
-                  "| --- | ---: | ---: | --- | ---: | ---: |"]
+        lines += [
+            f"### `{one.parameter}`",
+            "",
+            f"![Success against {one.parameter}](images/sensitivity-{one.parameter}.svg)",
+            "",
+            "| Predictor | Value | Lifted | 95 % interval | − / + | p |",
+            "| --- | ---: | ---: | --- | ---: | ---: |",
+        ]
         for p in one.points:
             own = words(p.value) == words(one.own)
             paired = ("", "") if own or p.p is None else (f"{p.lost} / {p.gained}", f"{p.p:.2g}")
-            lines.append(f"| {p.predictor} | {words(p.value)}{' (reference)' if own else ''} | "
-                         f"{p.successes}/{p.trials} = {p.rate:.1%} | {p.low:.1%} – {p.high:.1%} | "
-                         f"{paired[0]} | {paired[1]} |")
+            lines.append(
+                f"| {p.predictor} | {words(p.value)}{' (reference)' if own else ''} | "
+                f"{p.successes}/{p.trials} = {p.rate:.1%} | {p.low:.1%} – {p.high:.1%} | "
+                f"{paired[0]} | {paired[1]} |"
+            )
         lines.append("")
     return "\n".join(lines)
 

@@ -22,8 +22,21 @@ from rich.table import Table
 
 def run(predictor: str, trials: int, workers: int, folder: Path) -> tuple[float, float]:
     """Seconds of wall and of processor time of one run."""
-    command = [sys.executable, "-m", "grasp_bench.cli", "run", "--quiet", "--predictor", predictor,
-               "--trials", str(trials), "--workers", str(workers), "--out", str(folder)]
+    command = [
+        sys.executable,
+        "-m",
+        "grasp_bench.cli",
+        "run",
+        "--quiet",
+        "--predictor",
+        predictor,
+        "--trials",
+        str(trials),
+        "--workers",
+        str(workers),
+        "--out",
+        str(folder),
+    ]
     busy, start = _of_children(), time.perf_counter()
     subprocess.run(command, check=True)
     return time.perf_counter() - start, _of_children() - busy
@@ -55,16 +68,22 @@ def main() -> None:
                 table.add_row(str(trials), str(workers), f"{wall:.1f}", f"{busy:.1f}")
                 best[trials, workers] = min(wall, best.get((trials, workers), wall))
         console.print(table)
-        console.print(f"two workers are {best[args.trials, 1] / best[args.trials, 2]:.2f}× one; without the "
-                      f"start-up, {_per_trial(best, args.trials, 1) / _per_trial(best, args.trials, 2):.2f}×")
+        console.print(
+            f"two workers are {best[args.trials, 1] / best[args.trials, 2]:.2f}× one; without the "
+            f"start-up, {_per_trial(best, args.trials, 1) / _per_trial(best, args.trials, 2):.2f}×"
+        )
         phases: dict[str, float] = {}
         for line in (home / f"{args.trials}-1-0" / "timings.jsonl").read_text().splitlines():
             for phase, seconds in json.loads(line).items():
                 phases[phase] = phases.get(phase, 0.0) + seconds
         phases.pop("trial")
         total = sum(phases.values())
-        console.print("phases with one worker: " + ", ".join(
-            f"{phase} {1000 * s / args.trials:.0f} ms ({s / total:.0%})" for phase, s in phases.items()))
+        console.print(
+            "phases with one worker: "
+            + ", ".join(
+                f"{phase} {1000 * s / args.trials:.0f} ms ({s / total:.0%})" for phase, s in phases.items()
+            )
+        )
 
 
 def _per_trial(best: dict[tuple[int, int], float], trials: int, workers: int) -> float:

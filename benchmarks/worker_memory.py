@@ -23,8 +23,11 @@ def main() -> None:
     parser.add_argument("--objects", type=int, default=6, help="how many objects take turns")
     parser.add_argument("--renderer", default="raycast")
     parser.add_argument("--image", type=int, default=0, help="width of the image [px]; 0: the scenario's")
-    parser.add_argument("--timestep", type=float, help="of physics [s], the scenario's by default; memory "
-                                                       "does not depend on it, time does")
+    parser.add_argument(
+        "--timestep",
+        type=float,
+        help="of physics [s], the scenario's by default; memory does not depend on it, time does",
+    )
     parser.add_argument("--every", type=int, default=100, help="print every so many trials")
     args = parser.parse_args()
     if args.renderer in LIBRARIES:
@@ -42,7 +45,7 @@ def main() -> None:
     if args.timestep:
         scenario = with_value(scenario, "physics.timestep", args.timestep)
     settings = Settings(scenario, catalog.folder.resolve(), args.predictor, 0, args.renderer)
-    names = catalog.names[:: max(1, len(catalog.names) // args.objects)][:args.objects]
+    names = catalog.names[:: max(1, len(catalog.names) // args.objects)][: args.objects]
     memory: list[float] = []
     start = time.perf_counter()
     with WorkerPool(settings, 1, 64 << 30, recycle=0) as pool:
@@ -54,10 +57,12 @@ def main() -> None:
             if job.trial % args.every == 0 or job.trial == args.trials - 1:
                 seconds = time.perf_counter() - start
                 print(f"{job.trial:>7} trials {memory[-1]:8.1f} MiB {seconds:8.0f} s", flush=True)
-    half = np.array(memory[len(memory) // 2:])
+    half = np.array(memory[len(memory) // 2 :])
     slope = np.polyfit(np.arange(len(half)), half, 1)[0]
-    print(f"{args.predictor}, {args.renderer}, {len(names)} objects: {memory[0]:.0f} MiB after one trial, "
-          f"{memory[-1]:.0f} MiB after {len(memory)}; {1024 * slope:+.2f} KiB a trial over the second half")
+    print(
+        f"{args.predictor}, {args.renderer}, {len(names)} objects: {memory[0]:.0f} MiB after one trial, "
+        f"{memory[-1]:.0f} MiB after {len(memory)}; {1024 * slope:+.2f} KiB a trial over the second half"
+    )
 
 
 def _worker_mib() -> float:

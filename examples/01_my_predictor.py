@@ -14,10 +14,11 @@ class Highest:
     def predict(self, image: RgbdImage) -> list[Grasp]:
         w = image.depth.shape[1]
         depth = np.where(image.depth > 0, image.depth, np.inf)
-        depth[:, :w // 2 - 112] = depth[:, w // 2 + 112:] = np.inf
+        depth[:, : w // 2 - 112] = depth[:, w // 2 + 112 :] = np.inf
         row, column = np.unravel_index(np.argmin(depth), depth.shape)
         if np.isinf(depth[row, column]):
             return []
         opening = 0.08 * image.intrinsics.fx / depth[row, column]  # 80 mm in pixels at that depth
-        return [Grasp(x=float(column) + 0.5, y=float(row) + 0.5, angle=0.0, width=float(opening),
-                      quality=0.5)]
+        return [
+            Grasp(x=float(column) + 0.5, y=float(row) + 0.5, angle=0.0, width=float(opening), quality=0.5)
+        ]

@@ -34,8 +34,10 @@ def main() -> None:
         mine = gb.run(objects, predictor=AcrossTheBlob(), out=f"{out}/mine", progress=False)
         bound = gb.run(objects, predictor="oracle", out=f"{out}/oracle", progress=False)
         print(mine.trials[["object", "outcome", "detail"]].to_string(index=False))
-        print(f"{mine.successes}/{len(mine)} = {mine.rate:.0%}, 95 % interval "
-              f"{mine.interval[0]:.0%} – {mine.interval[1]:.0%}")
+        print(
+            f"{mine.successes}/{len(mine)} = {mine.rate:.0%}, 95 % interval "
+            f"{mine.interval[0]:.0%} – {mine.interval[1]:.0%}"
+        )
         print(mine.compare(bound))
 
 

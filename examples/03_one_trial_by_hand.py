@@ -14,14 +14,20 @@ def main() -> gb.Trial:
     image, record, plan = trial.image, trial.record, trial.plan
     print(f"{mug.name}: {1000 * mug.mass:.0f} g, friction {mug.friction:g}, {len(mug.hulls)} convex pieces")
     if image is not None:
-        print(f"image {image.rgb.shape}, its middle {image.depth[240, 320]:.3f} m away, "
-              f"focal length {image.intrinsics.fx:.0f} px")
+        print(
+            f"image {image.rgb.shape}, its middle {image.depth[240, 320]:.3f} m away, "
+            f"focal length {image.intrinsics.fx:.0f} px"
+        )
     if plan is not None:
         print(f"{len(trial.grasps)} grasps proposed, number {record.rank} carried out: {record.grasp}")
-        print(f"TCP at {plan.pose.position.round(3)} m, jaws {1000 * plan.pose.opening:.0f} mm apart, "
-              f"{len(plan.approach.positions)} commands on the way down")
-    print(f"{record.outcome}: lifted {1000 * record.lift_height:.0f} mm, held with "
-          f"{record.contact_force:.0f} N {record.detail}")
+        print(
+            f"TCP at {plan.pose.position.round(3)} m, jaws {1000 * plan.pose.opening:.0f} mm apart, "
+            f"{len(plan.approach.positions)} commands on the way down"
+        )
+    print(
+        f"{record.outcome}: lifted {1000 * record.lift_height:.0f} mm, held with "
+        f"{record.contact_force:.0f} N {record.detail}"
+    )
     return trial
 
 

@@ -28,8 +28,15 @@ def predict(rgb: np.ndarray, depth: np.ndarray, K: np.ndarray, rng: np.random.Ge
     _, axes = np.linalg.eigh(np.cov(columns, rows))
     dx, dy = axes[:, 0]  # the shorter axis comes first
     opening = 0.08 * K[0, 0] / np.median(depth[rows, columns])  # metres to pixels
-    return [{"x": columns.mean() + 0.5, "y": rows.mean() + 0.5, "angle": np.arctan2(-dy, dx),
-             "width": opening, "quality": 0.5}]
+    return [
+        {
+            "x": columns.mean() + 0.5,
+            "y": rows.mean() + 0.5,
+            "angle": np.arctan2(-dy, dx),
+            "width": opening,
+            "quality": 0.5,
+        }
+    ]
 
 
 class Handler(BaseHTTPRequestHandler):

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from grasp_bench.trials.attempt import Workcell as Workcell
     from grasp_bench.trials.attempt import run_trial as run_trial
 
+# fmt: off
 _HOME = {
     "CameraPose": "camera", "Catalog": "objects.catalog", "Comparison": "runs.run", "Grasp": "grasps",
     "GraspBenchError": "errors", "GraspMaps": "grasps", "GraspPose": "grasps", "Intrinsics": "camera",
@@ -48,6 +49,7 @@ __all__ = [
     "ObjectModel", "Outcome", "Predictor", "RgbdImage", "Run", "Scenario", "Trial", "TrialRecord", "Workcell",
     "load", "load_object", "load_predictor", "load_scenario", "run", "run_trial",
 ]
+# fmt: on
 
 
 def __getattr__(name: str) -> Any:

@@ -38,12 +38,24 @@ class FinishedRun(Run):
         self.summary = summary
 
 
-def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = None,
-        predictor: str | type | Predictor = "htc-grasp", scenario: PathLike | Scenario = "table4", *,
-        seed: int = 0, workers: int | None = None, out: PathLike | None = None, renderer: str = "auto",
-        media: str = "none", rerun: PathLike | None = None, progress: bool | OnTrial = True,
-        shard: str = "1/1", executor: str = "process", ray_address: str | None = None,
-        memory_limit: float | None = None) -> FinishedRun:
+def run(
+    objects: PathLike | Sequence[str] | None = None,
+    trials: int | None = None,
+    predictor: str | type | Predictor = "htc-grasp",
+    scenario: PathLike | Scenario = "table4",
+    *,
+    seed: int = 0,
+    workers: int | None = None,
+    out: PathLike | None = None,
+    renderer: str = "auto",
+    media: str = "none",
+    rerun: PathLike | None = None,
+    progress: bool | OnTrial = True,
+    shard: str = "1/1",
+    executor: str = "process",
+    ray_address: str | None = None,
+    memory_limit: float | None = None,
+) -> FinishedRun:
     """Try to pick up objects, record every trial, and return the run.
 
     The same call again goes on where it stopped, as the command does.
@@ -107,21 +119,36 @@ def run(objects: PathLike | Sequence[str] | None = None, trials: int | None = No
         chosen = chosen.model_copy(update={"objects": chosen.objects.model_copy(update={"names": reasons})})
     name, here = named(predictor)
     if here is not None and workers not in (None, 1):
-        raise PredictorError(f"{name} exists in this process only and cannot be sent to {workers or 'all'} "
-                             "workers; leave workers out, or put its class into a module and name that.")
+        raise PredictorError(
+            f"{name} exists in this process only and cannot be sent to {workers or 'all'} "
+            "workers; leave workers out, or put its class into a module and name that."
+        )
     part = Shard.parse(shard)
     folder = Path(out) if out is not None else default_folder(name, chosen.name, seed, here is not None, part)
-    settings = Settings(chosen, catalog.folder.resolve(), name, seed, resolve_renderer(renderer),
-                        check_mode(media), rerun is not None, folder)
+    settings = Settings(
+        chosen,
+        catalog.folder.resolve(),
+        name,
+        seed,
+        resolve_renderer(renderer),
+        check_mode(media),
+        rerun is not None,
+        folder,
+    )
     jobs = spread(names, len(names) if trials is None else trials, part)
     if not len(jobs):
         raise GraspBenchError(f"Shard {part} of {jobs.total} trials is empty; use fewer shards.")
     limit = None if memory_limit is None else int(memory_limit * 2**30)
     if here is not None and executor != "process":
-        raise PredictorError(f"{name} exists in this process only and cannot be sent to {executor}; put its "
-                             "class into a module and name that.")
-    chosen_executor = None if here is not None else make_executor(
-        executor, workers or 0, memory_limit=limit, ray_address=ray_address)
+        raise PredictorError(
+            f"{name} exists in this process only and cannot be sent to {executor}; put its "
+            "class into a module and name that."
+        )
+    chosen_executor = (
+        None
+        if here is not None
+        else make_executor(executor, workers or 0, memory_limit=limit, ray_address=ray_address)
+    )
     with _reporting(progress, len(jobs)) as on_trial:
         summary = run_trials(settings, jobs, folder, 1, on_trial, here, chosen_executor)
     if rerun is not None:
@@ -190,8 +217,9 @@ def _importable(cls: type) -> bool:
         return False
 
 
-def default_folder(predictor: str, scenario: str, seed: int, fresh: bool = False,
-                   shard: Shard | None = None) -> Path:
+def default_folder(
+    predictor: str, scenario: str, seed: int, fresh: bool = False, shard: Shard | None = None
+) -> Path:
     """``results/PREDICTOR-SCENARIO-seedN``, with ``-shardIofN`` for one; with ``fresh``, the first
     such name that holds no run."""
     plain = re.sub(r"[<>]", "", predictor.removeprefix("__main__:"))

@@ -58,14 +58,16 @@ class Intrinsics:
     def project(self, points: ArrayLike) -> Floats:
         """Camera-frame points (…, 3) [m] to pixels (…, 2)."""
         p = np.asarray(points, dtype=float)
-        return np.stack([self.fx * p[..., 0] / p[..., 2] + self.cx,
-                         self.fy * p[..., 1] / p[..., 2] + self.cy], axis=-1)
+        return np.stack(
+            [self.fx * p[..., 0] / p[..., 2] + self.cx, self.fy * p[..., 1] / p[..., 2] + self.cy], axis=-1
+        )
 
     def deproject(self, pixels: ArrayLike, depth: ArrayLike) -> Floats:
         """Pixels (…, 2) with z-depth (…) [m] to camera-frame points (…, 3) [m]."""
         uv, z = np.asarray(pixels, dtype=float), np.asarray(depth, dtype=float)
-        return np.stack([(uv[..., 0] - self.cx) / self.fx * z,
-                         (uv[..., 1] - self.cy) / self.fy * z, z], axis=-1)
+        return np.stack(
+            [(uv[..., 0] - self.cx) / self.fx * z, (uv[..., 1] - self.cy) / self.fy * z, z], axis=-1
+        )
 
     def rays(self) -> Floats:
         """Camera-frame directions (height, width, 3) through all pixel centres, with z = 1; read-only."""
@@ -151,8 +153,10 @@ class RgbdImage:
         if self.depth.shape != (h, w) or self.depth.dtype != np.float32:
             raise ValueError(f"depth must be ({h}, {w}) float32, got {self.depth.shape} {self.depth.dtype}")
         if not np.isfinite(self.depth).all() or (self.depth < 0).any():
-            raise ValueError("depth must be finite and not negative (0 marks invalid pixels); "
-                             "replace NaN by 0 before building an RgbdImage")
+            raise ValueError(
+                "depth must be finite and not negative (0 marks invalid pixels); "
+                "replace NaN by 0 before building an RgbdImage"
+            )
 
     @property
     def valid(self) -> NDArray[np.bool_]:

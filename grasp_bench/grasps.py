@@ -88,13 +88,16 @@ def rectangle_iou(first: ArrayLike, second: ArrayLike) -> float:
     return float(overlap / whole) if whole > 0 else 0.0
 
 
-def is_correct(grasp: Grasp, truths: Iterable[Grasp], *, iou: float = 0.25,
-               angle: float = math.radians(30)) -> bool:
+def is_correct(
+    grasp: Grasp, truths: Iterable[Grasp], *, iou: float = 0.25, angle: float = math.radians(30)
+) -> bool:
     """The rectangle metric of the paper's section 4.1(c): within 30° of and IoU above 0.25
     with at least one labelled grasp."""
     corners = grasp.rectangle()
-    return any(angle_difference(grasp.angle, t.angle) <= angle
-               and rectangle_iou(corners, t.rectangle()) > iou for t in truths)
+    return any(
+        angle_difference(grasp.angle, t.angle) <= angle and rectangle_iou(corners, t.rectangle()) > iou
+        for t in truths
+    )
 
 
 @dataclass(frozen=True)
@@ -122,8 +125,17 @@ class GraspMaps:
         directly, as GG-CNN's code does, smears across the ±π/2 seam."""
         from scipy.ndimage import gaussian_filter
 
-        return GraspMaps(*(gaussian_filter(m, s).astype(np.float32) for m, s in (
-            (self.quality, sigma), (self.sin2, sigma), (self.cos2, sigma), (self.width, sigma / 2))))
+        return GraspMaps(
+            *(
+                gaussian_filter(m, s).astype(np.float32)
+                for m, s in (
+                    (self.quality, sigma),
+                    (self.sin2, sigma),
+                    (self.cos2, sigma),
+                    (self.width, sigma / 2),
+                )
+            )
+        )
 
     def peaks(self, count: int = 8, min_distance: int = 8, threshold: float = 0.05) -> list[Grasp]:
         """The best places, best first, as grasps in pixels of this map.
@@ -142,10 +154,19 @@ class GraspMaps:
             r, c = (int(i) for i in np.unravel_index(np.argmax(left), left.shape))
             if not left[r, c] > threshold:
                 break
-            found.append(Grasp(c + 0.5, r + 0.5, wrap_angle(float(angle[r, c])),
-                               max(float(self.width[r, c]), 1.0), float(np.clip(left[r, c], 0, 1))))
-            left[max(r - min_distance, 0):r + min_distance + 1,
-                 max(c - min_distance, 0):c + min_distance + 1] = -np.inf
+            found.append(
+                Grasp(
+                    c + 0.5,
+                    r + 0.5,
+                    wrap_angle(float(angle[r, c])),
+                    max(float(self.width[r, c]), 1.0),
+                    float(np.clip(left[r, c], 0, 1)),
+                )
+            )
+            left[
+                max(r - min_distance, 0) : r + min_distance + 1,
+                max(c - min_distance, 0) : c + min_distance + 1,
+            ] = -np.inf
         return found
 
     @classmethod
@@ -155,8 +176,9 @@ class GraspMaps:
         return cls.from_rectangles([g.rectangle() for g in listed], shape, [g.quality for g in listed])
 
     @classmethod
-    def from_rectangles(cls, rectangles: Iterable[ArrayLike], shape: tuple[int, int],
-                        qualities: Iterable[float] | None = None) -> GraspMaps:
+    def from_rectangles(
+        cls, rectangles: Iterable[ArrayLike], shape: tuple[int, int], qualities: Iterable[float] | None = None
+    ) -> GraspMaps:
         """Training maps of labelled rectangles (4, 2), their first edge along the jaws' opening.
 
         The third of each in its middle is filled, later ones overwrite earlier ones (the
@@ -168,8 +190,9 @@ class GraspMaps:
         quality, sin2, cos2, width = (np.zeros(shape, np.float32) for _ in range(4))
         for c, q in zip(corners, [1.0] * len(corners) if qualities is None else qualities, strict=True):
             g = Grasp.from_rectangle(c)
-            third = np.stack([(2 * c[0] + c[1]) / 3, (c[0] + 2 * c[1]) / 3,
-                              (2 * c[2] + c[3]) / 3, (c[2] + 2 * c[3]) / 3])
+            third = np.stack(
+                [(2 * c[0] + c[1]) / 3, (c[0] + 2 * c[1]) / 3, (2 * c[2] + c[3]) / 3, (c[2] + 2 * c[3]) / 3]
+            )
             mask = np.zeros(shape, np.uint8)
             cv2.fillPoly(mask, [np.round(third - 0.5).astype(np.int32)], (1,))
             inside = mask > 0

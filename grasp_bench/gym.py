@@ -59,8 +59,14 @@ class GraspEnv(gymnasium.Env[Observation, Action]):
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 1}  # noqa: RUF012  (Gymnasium's own form)
 
-    def __init__(self, objects: PathLike | Sequence[str] = "all", scenario: PathLike | Scenario = "table4",
-                 size: int = 224, renderer: str = "auto", render_mode: str | None = None) -> None:
+    def __init__(
+        self,
+        objects: PathLike | Sequence[str] = "all",
+        scenario: PathLike | Scenario = "table4",
+        size: int = 224,
+        renderer: str = "auto",
+        render_mode: str | None = None,
+    ) -> None:
         without_gl()
         from grasp_bench.robot.ec66 import FINGER_STROKE
         from grasp_bench.trials.attempt import Workcell
@@ -70,22 +76,28 @@ class GraspEnv(gymnasium.Env[Observation, Action]):
         camera = chosen.camera
         edge = min(camera.width, camera.height)
         if not 0 < size <= edge:
-            raise GraspBenchError(f"size must be between 1 and {edge}, the shorter edge of the image of "
-                                  f"scenario {chosen.name!r}, not {size}")
+            raise GraspBenchError(
+                f"size must be between 1 and {edge}, the shorter edge of the image of "
+                f"scenario {chosen.name!r}, not {size}"
+            )
         self._cell = Workcell(chosen, renderer)
         self._corner = ((camera.width - size) // 2, (camera.height - size) // 2)
         self.size = size
         self.widest = 2 * FINGER_STROKE * camera.intrinsics.fx / max(camera.position[2] - HIGHEST, 0.1)
         self.render_mode = render_mode
-        self.observation_space = spaces.Dict({
-            "rgb": spaces.Box(0, 255, (size, size, 3), np.uint8),
-            "depth": spaces.Box(0, chosen.sensor.maximum_range, (size, size), np.float32)})
+        self.observation_space = spaces.Dict(
+            {
+                "rgb": spaces.Box(0, 255, (size, size, 3), np.uint8),
+                "depth": spaces.Box(0, chosen.sensor.maximum_range, (size, size), np.float32),
+            }
+        )
         self.action_space = spaces.Box(-1, 1, (5,), np.float32)
         self._where: tuple[str, int] | None = None
         self._trial: Any = None
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None,
-              ) -> tuple[Observation, dict[str, Any]]:
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
         """Put an object down and look.
 
         Args:
@@ -108,8 +120,11 @@ class GraspEnv(gymnasium.Env[Observation, Action]):
                 raise GraspBenchError(f"attempt {attempt} on {name}: {self._trial.record.detail}")
         self._where = (name, attempt)
         model = self._catalog.entries[name]
-        return self._observe(self._trial.image), {"object": name, "category": model["category"],
-                                                  "attempt": attempt}
+        return self._observe(self._trial.image), {
+            "object": name,
+            "category": model["category"],
+            "attempt": attempt,
+        }
 
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Carry a grasp out; the episode is over then.
@@ -135,15 +150,26 @@ class GraspEnv(gymnasium.Env[Observation, Action]):
     def grasp(self, action: Action) -> Grasp:
         """The grasp in pixels of the whole image that an action (5,) means."""
         x, y, sin2, cos2, width = (float(v) for v in np.clip(np.asarray(action, float), -1, 1))
-        return Grasp(self._corner[0] + (x + 1) / 2 * self.size, self._corner[1] + (y + 1) / 2 * self.size,
-                     wrap_angle(0.5 * math.atan2(sin2, cos2)), max((width + 1) / 2 * self.widest, 1.0))
+        return Grasp(
+            self._corner[0] + (x + 1) / 2 * self.size,
+            self._corner[1] + (y + 1) / 2 * self.size,
+            wrap_angle(0.5 * math.atan2(sin2, cos2)),
+            max((width + 1) / 2 * self.widest, 1.0),
+        )
 
     def action(self, grasp: Grasp) -> Action:
         """The action (5,) float32 that means a grasp; clipped to what the action space reaches."""
-        return np.clip([2 * (grasp.x - self._corner[0]) / self.size - 1,
-                        2 * (grasp.y - self._corner[1]) / self.size - 1,
-                        math.sin(2 * grasp.angle), math.cos(2 * grasp.angle),
-                        2 * grasp.width / self.widest - 1], -1, 1).astype(np.float32)
+        return np.clip(
+            [
+                2 * (grasp.x - self._corner[0]) / self.size - 1,
+                2 * (grasp.y - self._corner[1]) / self.size - 1,
+                math.sin(2 * grasp.angle),
+                math.cos(2 * grasp.angle),
+                2 * grasp.width / self.widest - 1,
+            ],
+            -1,
+            1,
+        ).astype(np.float32)
 
     def _observe(self, image: RgbdImage) -> Observation:
         x, y = self._corner

@@ -30,8 +30,14 @@ IMAGES = Path(__file__).parents[1] / "docs" / "images"
 class Photographer:
     """Takes pictures of a world from a fixed side view."""
 
-    def __init__(self, size: tuple[int, int], lookat: tuple[float, float, float], distance: float,
-                 azimuth: float = 140, elevation: float = -22) -> None:
+    def __init__(
+        self,
+        size: tuple[int, int],
+        lookat: tuple[float, float, float],
+        distance: float,
+        azimuth: float = 140,
+        elevation: float = -22,
+    ) -> None:
         self.size = size
         self.camera = mujoco.MjvCamera()
         self.camera.lookat[:] = lookat
@@ -77,8 +83,9 @@ def trial() -> None:
             frames.append(photographer.shoot(world))
         count += 1
 
-    done = run_trial(Workcell(scenario), model, load_predictor("htc-grasp"), trial=0, attempt=0, seed=0,
-                     observer=observe)
+    done = run_trial(
+        Workcell(scenario), model, load_predictor("htc-grasp"), trial=0, attempt=0, seed=0, observer=observe
+    )
     assert done.image is not None
     assert done.record.grasp is not None
     corners = np.round(done.record.grasp.rectangle(16)).astype(np.int32)
@@ -87,8 +94,9 @@ def trial() -> None:
     views += [frames[round(share * (len(frames) - 1))] for share in (0.2, 0.42, 0.62, 1.0)]
     strip = Image.new("RGB", (sum(v.width for v in views) + 8 * 4, 324), "white")
     draw = ImageDraw.Draw(strip)
-    for i, (view, name) in enumerate(zip(views, ("seen, with its grasp", "approach", "grip", "lift", "hold"),
-                                         strict=True)):
+    for i, (view, name) in enumerate(
+        zip(views, ("seen, with its grasp", "approach", "grip", "lift", "hold"), strict=True)
+    ):
         strip.paste(view, (i * 368, 0))
         draw.text((i * 368 + 6, 306), name, fill="black")
     strip.save(IMAGES / "trial.png")
@@ -107,8 +115,10 @@ def gallery() -> None:
     """Every object from two sides with its convex pieces and its grasp, a sheet a family."""
     catalog = Catalog()
     for family in FAMILIES:
-        names = sorted((n for n, e in catalog.entries.items() if e["family"] == family),
-                       key=lambda n: (catalog.entries[n]["category"], n))
+        names = sorted(
+            (n for n, e in catalog.entries.items() if e["family"] == family),
+            key=lambda n: (catalog.entries[n]["category"], n),
+        )
         sheet = gallery_sheet([catalog.load(n) for n in names])
         sheet.save(IMAGES / f"gallery-{family}.webp", quality=82, method=6)
 

@@ -19,8 +19,16 @@ WIDTH = 96
 
 API = {
     "Runs": ("run", "load", "Run", "Comparison"),
-    "Predictors": ("RgbdImage", "Intrinsics", "CameraPose", "Grasp", "GraspMaps", "GraspPose", "Predictor",
-                   "load_predictor"),
+    "Predictors": (
+        "RgbdImage",
+        "Intrinsics",
+        "CameraPose",
+        "Grasp",
+        "GraspMaps",
+        "GraspPose",
+        "Predictor",
+        "load_predictor",
+    ),
     "One trial": ("Workcell", "run_trial", "Trial", "TrialRecord", "Outcome"),
     "Objects and scenarios": ("Catalog", "ObjectModel", "load_object", "Scenario", "load_scenario"),
     "Errors": ("GraspBenchError",),
@@ -33,8 +41,13 @@ def api_page() -> str:
 
     left = set(grasp_bench.__all__) - {name for names in API.values() for name in names}
     groups = {**API, "More": tuple(sorted(left))} if left else API
-    lines = ["# Python API", "", "All names are imported from `grasp_bench`; [the guide](../python.md) shows "
-             "them in use. Shapes, units and frames stand with each name.", ""]
+    lines = [
+        "# Python API",
+        "",
+        "All names are imported from `grasp_bench`; [the guide](../python.md) shows "
+        "them in use. Shapes, units and frames stand with each name.",
+        "",
+    ]
     for title, names in groups.items():
         lines += [f"## {title}", ""]
         for name in names:
@@ -51,8 +64,13 @@ def command_page() -> str:
 
     os.environ.update(COLUMNS=str(WIDTH), TERMINAL_WIDTH=str(WIDTH), NO_COLOR="1")
     runner = CliRunner()
-    lines = ["# Commands", "", "Every command with all its options, as `--help` prints them. "
-             "[Conventions and exit codes](../cli.md).", ""]
+    lines = [
+        "# Commands",
+        "",
+        "Every command with all its options, as `--help` prints them. "
+        "[Conventions and exit codes](../cli.md).",
+        "",
+    ]
 
     def describe(command: Any, path: list[str]) -> None:
         if path:
@@ -68,8 +86,12 @@ def command_page() -> str:
 
 def example_page() -> str:
     """The numbered examples, each with its docstring as introduction."""
-    lines = ["# Examples", "", "Numbered from the smallest on; the tests run every one of them. They lie in "
-             "`examples/`.", ""]
+    lines = [
+        "# Examples",
+        "",
+        "Numbered from the smallest on; the tests run every one of them. They lie in `examples/`.",
+        "",
+    ]
     for path in sorted((ROOT / "examples").glob("[0-9]*")):
         number, _, name = path.stem.partition("_")
         lines += [f"## {number} · {name.replace('_', ' ').capitalize()}", ""]
@@ -81,7 +103,7 @@ def example_page() -> str:
                 lines += [title, ""]
                 if rest.strip():
                     lines += ["```text", rest.strip("\n"), "```", ""]
-                body = body[body.index('"""', 3) + 3:]
+                body = body[body.index('"""', 3) + 3 :]
             language = "python" if file.suffix == ".py" else "toml"
             name = file.relative_to(ROOT / "examples")
             lines += [f'```{language} title="{name}"', body.strip("\n"), "```", ""]

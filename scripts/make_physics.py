@@ -43,9 +43,16 @@ def measure(what: str) -> None:
 
 
 def _plain(runs: list[Watched]) -> list[dict[str, object]]:
-    return [{"object": w.record["object"], "outcome": w.record["outcome"], "success": w.record["success"],
-             "torque": np.round(w.torque, 2).tolist(), "velocity": np.round(w.velocity, 3).tolist()}
-            for w in runs]
+    return [
+        {
+            "object": w.record["object"],
+            "outcome": w.record["outcome"],
+            "success": w.record["success"],
+            "torque": np.round(w.torque, 2).tolist(),
+            "velocity": np.round(w.velocity, 3).tolist(),
+        }
+        for w in runs
+    ]
 
 
 def load() -> tuple[list[Check], Trials | None]:
@@ -54,8 +61,9 @@ def load() -> tuple[list[Check], Trials | None]:
     checks = [Check(**{k: v for k, v in c.items() if k != "passed"}) for c in data["checks"]]
     if "trials" not in data:
         return checks, None
-    whole, half = ([Watched(w, np.array(w["torque"]), np.array(w["velocity"])) for w in runs]
-                   for runs in data["trials"])
+    whole, half = (
+        [Watched(w, np.array(w["torque"]), np.array(w["velocity"])) for w in runs] for runs in data["trials"]
+    )
     done = Trials(whole, half)
     return [*checks, *judged(done)], done
 
@@ -63,33 +71,47 @@ def load() -> tuple[list[Check], Trials | None]:
 def figure(done: Trials) -> str:
     """Greatest torque and speed of each joint in every trial, as shares of the limits, as SVG."""
     height = TOP + 2 * (6 * ROW + 44)
-    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" font-size="13" '
-             'font-family="system-ui, sans-serif" role="img">',
-             "<title>Joint torques and speeds of all reference trials</title>",
-             f'<rect width="{WIDTH}" height="{height}" fill="#ffffff"/>']
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" font-size="13" '
+        'font-family="system-ui, sans-serif" role="img">',
+        "<title>Joint torques and speeds of all reference trials</title>",
+        f'<rect width="{WIDTH}" height="{height}" fill="#ffffff"/>',
+    ]
     scale = (WIDTH - LEFT - RIGHT) / 1.0
     top = TOP
     for title, color, shares in (
-            ("greatest torque of a trial, of the limit", "#0b6e99",
-             np.array([w.torque for w in done.whole]) / TORQUE_LIMITS),
-            ("greatest speed of a trial, of the limit", "#d1495b",
-             np.array([w.velocity for w in done.whole]) / VELOCITY_LIMITS)):
-        parts.append(f'<text x="{LEFT}" y="{top - 24}" font-weight="bold" fill="#333333">'
-                     f"{escape(title)}</text>")
+        (
+            "greatest torque of a trial, of the limit",
+            "#0b6e99",
+            np.array([w.torque for w in done.whole]) / TORQUE_LIMITS,
+        ),
+        (
+            "greatest speed of a trial, of the limit",
+            "#d1495b",
+            np.array([w.velocity for w in done.whole]) / VELOCITY_LIMITS,
+        ),
+    ):
+        parts.append(
+            f'<text x="{LEFT}" y="{top - 24}" font-weight="bold" fill="#333333">{escape(title)}</text>'
+        )
         for percent in range(0, 101, 20):
             x = LEFT + scale * percent / 100
             stroke = "#333333" if percent == 100 else "#e3e3e3"
-            parts += [f'<line x1="{x:.1f}" y1="{top - 8}" x2="{x:.1f}" y2="{top + 6 * ROW}" '
-                      f'stroke="{stroke}"/>',
-                      f'<text x="{x:.1f}" y="{top - 10}" text-anchor="middle" font-size="11" fill="#777777">'
-                      f"{percent} %</text>"]
+            parts += [
+                f'<line x1="{x:.1f}" y1="{top - 8}" x2="{x:.1f}" y2="{top + 6 * ROW}" stroke="{stroke}"/>',
+                f'<text x="{x:.1f}" y="{top - 10}" text-anchor="middle" font-size="11" fill="#777777">'
+                f"{percent} %</text>",
+            ]
         for joint, name in enumerate(JOINT_NAMES):
             y = top + (joint + 0.5) * ROW
-            parts.append(f'<text x="{LEFT - 8}" y="{y + 4:.1f}" text-anchor="end" fill="#333333">'
-                         f"{name}</text>")
-            parts += [f'<line x1="{LEFT + scale * s:.1f}" y1="{y - 7:.1f}" x2="{LEFT + scale * s:.1f}" '
-                      f'y2="{y + 7:.1f}" stroke="{color}" stroke-opacity="0.35" stroke-width="1.5"/>'
-                      for s in shares[:, joint]]
+            parts.append(
+                f'<text x="{LEFT - 8}" y="{y + 4:.1f}" text-anchor="end" fill="#333333">{name}</text>'
+            )
+            parts += [
+                f'<line x1="{LEFT + scale * s:.1f}" y1="{y - 7:.1f}" x2="{LEFT + scale * s:.1f}" '
+                f'y2="{y + 7:.1f}" stroke="{color}" stroke-opacity="0.35" stroke-width="1.5"/>'
+                for s in shares[:, joint]
+            ]
         top += 6 * ROW + 50
     return "\n".join([*parts, "</svg>", ""])
 

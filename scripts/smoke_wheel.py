@@ -17,9 +17,20 @@ from pathlib import Path
 
 LARGEST = {"wheel": 45e6, "sdist": 55e6}
 """Bytes; the objects take 5 MB packed, each variant of HTC-Grasp 4.5 MB, its rivals' weights 12 MB."""
-NEEDED = ("pyproject.toml", "README.md", "LICENSE", "CHANGELOG.md", "constraints.txt",
-          "grasp_bench/trials/attempt.py", "assets/ec66/ec66.xml", "assets/objects/manifest.json",
-          "scenarios/table4.yaml", "tests/conftest.py", "examples/01_my_predictor.py", "docs/definition.md")
+NEEDED = (
+    "pyproject.toml",
+    "README.md",
+    "LICENSE",
+    "CHANGELOG.md",
+    "constraints.txt",
+    "grasp_bench/trials/attempt.py",
+    "assets/ec66/ec66.xml",
+    "assets/objects/manifest.json",
+    "scenarios/table4.yaml",
+    "tests/conftest.py",
+    "examples/01_my_predictor.py",
+    "docs/definition.md",
+)
 
 
 def check_contents(wheel: Path, sdist: Path) -> None:
@@ -49,8 +60,9 @@ def main(dist: Path) -> None:
         python = home / "venv" / "bin" / "python"
 
         def use(*command: str | Path) -> str:
-            return subprocess.run(command, check=True, cwd=home, env=environment, stdout=subprocess.PIPE,
-                                  text=True).stdout
+            return subprocess.run(
+                command, check=True, cwd=home, env=environment, stdout=subprocess.PIPE, text=True
+            ).stdout
 
         use(python, "-m", "pip", "install", "-q", "-c", constraints, wheel.resolve())
         origin = use(python, "-c", "import grasp_bench; print(grasp_bench.__file__)")
@@ -62,8 +74,9 @@ def main(dist: Path) -> None:
         run = json.loads(use(command, "report", "out", "--format", "json"))["runs"][0]
         assert (run["trials"], run["predictor"]) == (5, "htc-grasp"), run
         if set(run["outcomes"]) & {"unstable", "timeout", "error"}:
-            raise SystemExit("Trials failed for no fault of the predictor:\n"
-                             + (home / "out" / "trials.jsonl").read_text())
+            raise SystemExit(
+                "Trials failed for no fault of the predictor:\n" + (home / "out" / "trials.jsonl").read_text()
+            )
     sizes = " and ".join(f"{p.name} ({p.stat().st_size / 1e6:.1f} MB)" for p in (wheel, sdist))
     print(f"{sizes}: works in an empty environment, {run['successes']}/5 with {run['predictor']}.")
 

@@ -38,14 +38,18 @@ def _block() -> list[Part]:
 
 def _bar() -> list[Part]:
     """A lying bar, 20 mm wide on one half and 36 mm on the other."""
-    return [Part(move(box(60, 20, 24), x=-30), "#cc8833", "aluminium", "convex"),
-            Part(move(box(60, 36, 24), x=30), "#aaaaaa", "aluminium", "convex")]
+    return [
+        Part(move(box(60, 20, 24), x=-30), "#cc8833", "aluminium", "convex"),
+        Part(move(box(60, 36, 24), x=30), "#aaaaaa", "aluminium", "convex"),
+    ]
 
 
 def _pot() -> list[Part]:
     """A round pot, wider than it is high, with a knob on its lid."""
-    return [Part(cylinder(32, 38, segments=40), "#aa3333", "ceramic", "convex"),
-            Part(move(sphere(9, segments=16), z=45), "#eeeeee", "ceramic", "convex")]
+    return [
+        Part(cylinder(32, 38, segments=40), "#aa3333", "ceramic", "convex"),
+        Part(move(sphere(9, segments=16), z=45), "#eeeeee", "ceramic", "convex"),
+    ]
 
 
 TOYS = (
@@ -86,8 +90,14 @@ def scenario(table4: Scenario) -> Scenario:
     """The shipped scenario seen through the middle quarter of its image: four times as quick."""
     whole = table4.camera
     focal = whole.intrinsics.fx
-    camera = Camera(width=320, height=240, horizontal_fov_deg=math.degrees(2 * math.atan(160 / focal)),
-                    position=whole.position, target=whole.target, image_up=whole.image_up)
+    camera = Camera(
+        width=320,
+        height=240,
+        horizontal_fov_deg=math.degrees(2 * math.atan(160 / focal)),
+        position=whole.position,
+        target=whole.target,
+        image_up=whole.image_up,
+    )
     return table4.model_copy(update={"camera": camera})
 
 

@@ -44,9 +44,11 @@ def displaced(toy_catalog: Path, scenario: gb.Scenario, tmp_path_factory: pytest
 
 
 def test_importing_the_package_imports_no_heavy_library() -> None:
-    code = ("import sys, grasp_bench as gb; assert 'run_trial' in dir(gb)\n"
-            "heavy = {'torch', 'mujoco', 'dm_control', 'mink', 'scipy', 'cv2', 'pandas', 'numpy', 'rich'}\n"
-            "print('HEAVY', sorted(heavy & set(sys.modules)))")
+    code = (
+        "import sys, grasp_bench as gb; assert 'run_trial' in dir(gb)\n"
+        "heavy = {'torch', 'mujoco', 'dm_control', 'mink', 'scipy', 'cv2', 'pandas', 'numpy', 'rich'}\n"
+        "print('HEAVY', sorted(heavy & set(sys.modules)))"
+    )
     done = subprocess.run([sys.executable, "-c", code], text=True, capture_output=True, timeout=60)
     assert "HEAVY []" in done.stdout, done.stderr
 
@@ -91,7 +93,8 @@ def test_a_run_writes_its_page(oracle: gb.Run, toy_catalog: Path, tmp_path: Path
 
 
 def test_nested_columns_exist_even_when_no_trial_came_that_far(
-        toy_catalog: Path, scenario: gb.Scenario, tmp_path: Path) -> None:
+    toy_catalog: Path, scenario: gb.Scenario, tmp_path: Path
+) -> None:
     run = gb.run(toy_catalog, 1, Nothing(), scenario, out=tmp_path / "out", progress=False)
     assert run.outcomes == {"no_grasp": 1}
     assert run.trials[["grasp_x", "pose_position", "tcp_error_angle"]].isna().all().all()
@@ -108,7 +111,8 @@ def test_two_runs_are_compared_pairwise(oracle: gb.Run, displaced: gb.Run) -> No
 
 
 def test_runs_on_other_trials_are_not_compared(
-        oracle: gb.Run, toy_catalog: Path, scenario: gb.Scenario, tmp_path: Path) -> None:
+    oracle: gb.Run, toy_catalog: Path, scenario: gb.Scenario, tmp_path: Path
+) -> None:
     shorter = gb.run(toy_catalog, 2, Nothing(), scenario, out=tmp_path / "two", progress=False)
     with pytest.raises(ResultsError, match=r"did not try the same.* from trial 2 on \(3 and 2 trials\)"):
         oracle.compare(shorter)
@@ -118,7 +122,8 @@ def test_runs_on_other_trials_are_not_compared(
 
 
 def test_an_instance_runs_here_and_gets_a_fresh_folder_each_time(
-        toy_catalog: Path, scenario: gb.Scenario, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    toy_catalog: Path, scenario: gb.Scenario, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     seen: list[tuple[int, bool]] = []
 
@@ -137,15 +142,18 @@ def test_an_instance_runs_here_and_gets_a_fresh_folder_each_time(
 
 
 def test_names_run_on_workers_even_from_a_script_without_a_main_guard(
-        toy_catalog: Path, scenario: gb.Scenario, tmp_path: Path, oracle: gb.Run) -> None:
+    toy_catalog: Path, scenario: gb.Scenario, tmp_path: Path, oracle: gb.Run
+) -> None:
     camera = tmp_path / "quick.yaml"
     camera.write_text(json.dumps({"camera": scenario.camera.model_dump(mode="json")}))
     script = tmp_path / "script.py"
-    script.write_text("import grasp_bench as gb\n"
-                      "print('ONCE')\n"
-                      f"run = gb.run({str(toy_catalog)!r}, predictor='oracle', workers=1,\n"
-                      f"             scenario={str(camera)!r}, out='out', progress=False)\n"
-                      "print(run.outcomes)\n")
+    script.write_text(
+        "import grasp_bench as gb\n"
+        "print('ONCE')\n"
+        f"run = gb.run({str(toy_catalog)!r}, predictor='oracle', workers=1,\n"
+        f"             scenario={str(camera)!r}, out='out', progress=False)\n"
+        "print(run.outcomes)\n"
+    )
     done = subprocess.run([sys.executable, script], cwd=tmp_path, text=True, capture_output=True, timeout=300)
     assert done.returncode == 0, done.stderr
     assert done.stdout.count("ONCE") == 1
@@ -171,20 +179,23 @@ def test_a_class_that_other_processes_can_import_is_named_for_them() -> None:
     assert isinstance(made, Local)
 
 
-@pytest.mark.parametrize(("arguments", "error", "words"), [
-    ({"objects": "coffee_mugg"}, UnknownNameError, "Did you mean coffee_mug"),
-    ({"objects": ["apple", "coffee_mugg"]}, UnknownNameError, "'coffee_mugg'"),
-    ({"scenario": "tabel4"}, UnknownNameError, "Did you mean table4"),
-    ({"trials": 0}, GraspBenchError, "trials must be at least 1"),
-    ({"workers": -1}, GraspBenchError, "workers must not be negative"),
-    ({"renderer": "raycaster"}, UnknownNameError, "Did you mean raycast"),
-    ({"predictor": Nothing(), "workers": 4}, PredictorError, "cannot be sent to 4 workers"),
-    ({"predictor": object()}, PredictorError, "has no method predict"),
-    ({"predictor": Needy}, PredictorError, "Needy could not be made: TypeError"),
-])
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        ({"objects": "coffee_mugg"}, UnknownNameError, "Did you mean coffee_mug"),
+        ({"objects": ["apple", "coffee_mugg"]}, UnknownNameError, "'coffee_mugg'"),
+        ({"scenario": "tabel4"}, UnknownNameError, "Did you mean table4"),
+        ({"trials": 0}, GraspBenchError, "trials must be at least 1"),
+        ({"workers": -1}, GraspBenchError, "workers must not be negative"),
+        ({"renderer": "raycaster"}, UnknownNameError, "Did you mean raycast"),
+        ({"predictor": Nothing(), "workers": 4}, PredictorError, "cannot be sent to 4 workers"),
+        ({"predictor": object()}, PredictorError, "has no method predict"),
+        ({"predictor": Needy}, PredictorError, "Needy could not be made: TypeError"),
+    ],
+)
 def test_wrong_arguments_are_refused_before_anything_is_written(
-        arguments: dict, error: type[Exception], words: str, tmp_path: Path,
-        monkeypatch: pytest.MonkeyPatch) -> None:
+    arguments: dict, error: type[Exception], words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(error, match=words):
         gb.run(**({"progress": False, "predictor": Nothing()} | arguments))

@@ -88,8 +88,9 @@ def test_intrinsics_refuse_an_empty_image(size: tuple[int, int]) -> None:
         Intrinsics(*size, 1.0, 1.0, 0.0, 0.0)
 
 
-@pytest.mark.parametrize("values", [
-    (0.0, 1.0, 0.0), (1.0, -1.0, 0.0), (math.nan, 1.0, 0.0), (1.0, 1.0, math.inf)])
+@pytest.mark.parametrize(
+    "values", [(0.0, 1.0, 0.0), (1.0, -1.0, 0.0), (math.nan, 1.0, 0.0), (1.0, 1.0, math.inf)]
+)
 def test_intrinsics_refuse_impossible_focal_lengths(values: tuple[float, float, float]) -> None:
     with pytest.raises(ValueError, match="focal lengths"):
         Intrinsics(640, 480, *values, 0.0)
@@ -111,14 +112,17 @@ def test_depth_zero_marks_invalid_pixels() -> None:
     assert not valid[1, 2]
 
 
-@pytest.mark.parametrize(("changed", "message"), [
-    ({"rgb": np.zeros((3, 4), np.uint8)}, "rgb must be"),
-    ({"rgb": np.zeros((3, 4, 3), np.float32)}, "rgb must be"),
-    ({"depth": np.ones((4, 3), np.float32)}, "depth must be"),
-    ({"depth": np.ones((3, 4), np.float64)}, "depth must be"),
-    ({"depth": np.full((3, 4), np.nan, np.float32)}, "replace NaN by 0"),
-    ({"depth": np.full((3, 4), -0.1, np.float32)}, "not negative"),
-])
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"rgb": np.zeros((3, 4), np.uint8)}, "rgb must be"),
+        ({"rgb": np.zeros((3, 4, 3), np.float32)}, "rgb must be"),
+        ({"depth": np.ones((4, 3), np.float32)}, "depth must be"),
+        ({"depth": np.ones((3, 4), np.float64)}, "depth must be"),
+        ({"depth": np.full((3, 4), np.nan, np.float32)}, "replace NaN by 0"),
+        ({"depth": np.full((3, 4), -0.1, np.float32)}, "not negative"),
+    ],
+)
 def test_an_image_refuses_wrong_shapes_types_and_values(changed, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         picture(**changed)
@@ -127,10 +131,16 @@ def test_an_image_refuses_wrong_shapes_types_and_values(changed, message: str) -
 # ---------------------------------------------------------------- any camera, not one
 
 cameras = st.builds(
-    lambda width, height, f, squeeze, cx, cy: Intrinsics(width, height, f, f * squeeze, cx * width,
-                                                         cy * height),
-    st.integers(1, 4096), st.integers(1, 4096), st.floats(20, 5000), st.floats(0.5, 2), st.floats(0, 1),
-    st.floats(0, 1))
+    lambda width, height, f, squeeze, cx, cy: Intrinsics(
+        width, height, f, f * squeeze, cx * width, cy * height
+    ),
+    st.integers(1, 4096),
+    st.integers(1, 4096),
+    st.floats(20, 5000),
+    st.floats(0.5, 2),
+    st.floats(0, 1),
+    st.floats(0, 1),
+)
 
 
 @given(cameras, st.floats(0, 1), st.floats(0, 1), st.floats(0.1, 5), point, point, point)

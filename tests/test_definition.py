@@ -47,7 +47,8 @@ class FakeWorld:
 @pytest.mark.parametrize("attempt", range(5))
 @pytest.mark.parametrize("name", ["block", "bar", "pot"])
 def test_an_object_is_put_down_as_section_2_says(
-        models: dict[str, ObjectModel], table4: Scenario, name: str, attempt: int) -> None:
+    models: dict[str, ObjectModel], table4: Scenario, name: str, attempt: int
+) -> None:
     rng = defined_stream(7, name, attempt, 1)
     poses = [p for p in models[name].poses if p.grasps]
     chances = np.array([p.probability for p in poses])
@@ -108,8 +109,10 @@ def test_colour_and_depth_of_the_table_are_those_of_section_4(table4: Scenario) 
     assert (seen.width, seen.height, seen.cx, seen.cy) == (640, 480, 320, 240)
     assert (seen.fx, seen.fy) == pytest.approx((320, 320))
     picture = SceneCamera(camera.intrinsics, camera.pose).picture(model, data)
-    light = 0.40 + sum(strength * lamp[2] / np.linalg.norm(lamp) for lamp, strength in (
-        (np.array([0.25, -0.45, 0.86]), 0.45), (np.array([-0.6, 0.5, 0.62]), 0.2)))
+    light = 0.40 + sum(
+        strength * lamp[2] / np.linalg.norm(lamp)
+        for lamp, strength in ((np.array([0.25, -0.45, 0.86]), 0.45), (np.array([-0.6, 0.5, 0.62]), 0.2))
+    )
     expected = np.trunc(255 * light * np.array([0.62, 0.60, 0.57]))
     assert np.abs(picture.rgb[240, 320] - expected).max() == 0
     assert picture.depth[240, 320] == pytest.approx(0.55, abs=1e-6)
@@ -119,16 +122,25 @@ def test_colour_and_depth_of_the_table_are_those_of_section_4(table4: Scenario) 
 def test_the_text_names_the_scenarios_own_values(table4: Scenario) -> None:
     motion, gripper, settling = table4.motion, table4.gripper, table4.settling
     phrases = [
-        f"`gripper.force` = {gripper.force:g} N", f"{1000 * gripper.closing_speed:g} mm/s each",
-        f"to {1000 * gripper.squeeze:g} mm inside", f"{gripper.settle_time:g} s",
+        f"`gripper.force` = {gripper.force:g} N",
+        f"{1000 * gripper.closing_speed:g} mm/s each",
+        f"to {1000 * gripper.squeeze:g} mm inside",
+        f"{gripper.settle_time:g} s",
         f"`top` − {1000 * motion.insertion:g} mm, {1000 * motion.table_clearance:g} mm",
-        f"more than {motion.collision_force:g} N", f"more than {1000 * motion.tcp_tolerance:g} mm or "
-        f"{motion.tcp_tolerance_deg:g}°", f"straight up {motion.lift_height:.2f} m",
-        f"rose less than {table4.success.minimum_lift:.2f} m", "(0.40, 0.25)", f"{motion.hold_time:g} s",
-        f"below {motion.approach_speed:g} m/s going down", f"{motion.carry_speed:.2f} m/s carrying",
-        f"below {1000 * settling.linear_speed:g} mm/s", f"{settling.angular_speed:g} rad/s",
-        f"within {settling.timeout:g} s", f"`impratio` {table4.physics.impratio:g}",
-        f"{table4.physics.noslip_iterations} no-slip iterations", f"more than {table4.trial_timeout:g} s",
+        f"more than {motion.collision_force:g} N",
+        f"more than {1000 * motion.tcp_tolerance:g} mm or {motion.tcp_tolerance_deg:g}°",
+        f"straight up {motion.lift_height:.2f} m",
+        f"rose less than {table4.success.minimum_lift:.2f} m",
+        "(0.40, 0.25)",
+        f"{motion.hold_time:g} s",
+        f"below {motion.approach_speed:g} m/s going down",
+        f"{motion.carry_speed:.2f} m/s carrying",
+        f"below {1000 * settling.linear_speed:g} mm/s",
+        f"{settling.angular_speed:g} rad/s",
+        f"within {settling.timeout:g} s",
+        f"`impratio` {table4.physics.impratio:g}",
+        f"{table4.physics.noslip_iterations} no-slip iterations",
+        f"more than {table4.trial_timeout:g} s",
     ]
     flat = " ".join(TEXT.split())
     assert [p for p in phrases if p not in flat] == []

@@ -12,8 +12,13 @@ import yaml
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
-GENERATED = {"reference/api.md", "reference/commands.md", "reference/examples.md", "changelog.md",
-             "contributing.md"}
+GENERATED = {
+    "reference/api.md",
+    "reference/commands.md",
+    "reference/examples.md",
+    "changelog.md",
+    "contributing.md",
+}
 """Pages that scripts/make_pages.py makes while the site is built."""
 LINK = re.compile(r"!?\[[^\]]*\]\(<?([^)\s>]+)>?(?:\s+\"[^\"]*\")?\)")
 

@@ -22,10 +22,12 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 SERVER = f"cmd: {sys.executable} 06_server.py --port {{port}}"
 
 
-@pytest.mark.parametrize("path", ["01_my_predictor:Highest", "05_opencv_predictor:Rectangle",
-                                  "steepest_grasps:Steepest", SERVER])
+@pytest.mark.parametrize(
+    "path", ["01_my_predictor:Highest", "05_opencv_predictor:Rectangle", "steepest_grasps:Steepest", SERVER]
+)
 def test_an_example_grasps_what_stands_out_and_keeps_to_the_protocol(
-        path: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    path: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(EXAMPLES)
     monkeypatch.syspath_prepend(EXAMPLES / "07_package")
     intrinsics = Intrinsics.from_fov(640, 480, np.pi / 2)
@@ -54,9 +56,12 @@ def test_the_package_declares_what_its_module_holds(monkeypatch: pytest.MonkeyPa
     info = tmp_path / "steepest_grasps-0.1.dist-info"  # as pip would install it
     info.mkdir()
     (info / "METADATA").write_text(f"Name: {project['name']}\nVersion: {project['version']}\n")
-    (info / "entry_points.txt").write_text("".join(
-        f"[{group}]\n" + "".join(f"{k} = {v}\n" for k, v in entries.items())
-        for group, entries in project["entry-points"].items()))
+    (info / "entry_points.txt").write_text(
+        "".join(
+            f"[{group}]\n" + "".join(f"{k} = {v}\n" for k, v in entries.items())
+            for group, entries in project["entry-points"].items()
+        )
+    )
     monkeypatch.syspath_prepend(tmp_path)
     assert list(installed()) == ["steepest"]
     assert type(load_predictor("steepest")).__name__ == "Steepest"

@@ -20,11 +20,11 @@ from grasp_bench.grasps import (
 )
 
 angles = st.floats(-20, 20)
-grasps = st.builds(Grasp, st.floats(0, 640), st.floats(0, 480),
-                   st.floats(-1.55, 1.57), st.floats(2, 200))
+grasps = st.builds(Grasp, st.floats(0, 640), st.floats(0, 480), st.floats(-1.55, 1.57), st.floats(2, 200))
 
 
 # ---------------------------------------------------------------- angles
+
 
 @given(angles)
 def test_wrapped_angles_lie_in_the_half_open_range(angle: float) -> None:
@@ -52,6 +52,7 @@ def test_angle_difference_crosses_the_seam() -> None:
 
 
 # ---------------------------------------------------------------- rectangles
+
 
 @given(grasps)
 def test_a_grasp_survives_its_rectangle(grasp: Grasp) -> None:
@@ -104,8 +105,9 @@ def test_iou_is_symmetric_and_between_nought_and_one(a: Grasp, b: Grasp) -> None
 TRUTH = Grasp(100, 100, 0.0, 40)
 
 
-@pytest.mark.parametrize(("degrees", "correct"), [
-    (0, True), (29.9, True), (30.1, False), (-29.9, True), (90, False)])
+@pytest.mark.parametrize(
+    ("degrees", "correct"), [(0, True), (29.9, True), (30.1, False), (-29.9, True), (90, False)]
+)
 def test_a_grasp_is_correct_within_thirty_degrees(degrees: float, correct: bool) -> None:
     turned = Grasp(100, 100, math.radians(degrees), 40)
     assert is_correct(turned, [TRUTH]) is correct
@@ -129,6 +131,7 @@ def test_angle_and_overlap_must_hold_for_the_same_truth() -> None:
 
 
 # ---------------------------------------------------------------- maps
+
 
 @given(st.floats(60, 140), st.floats(60, 140), angles, st.floats(20, 80))
 def test_maps_of_a_grasp_lead_back_to_it(x: float, y: float, angle: float, width: float) -> None:
@@ -203,6 +206,7 @@ def test_smoothing_does_not_smear_angles_across_the_seam() -> None:
 
 # ---------------------------------------------------------------- in the world
 
+
 @given(st.floats(-math.pi, math.pi))
 def test_top_down_poses_approach_straight_down_with_jaws_at_the_yaw(yaw: float) -> None:
     pose = GraspPose.top_down([0.4, 0.1, 0.02], yaw, 0.05)
@@ -237,9 +241,11 @@ def test_iou_does_not_change_when_both_rectangles_turn(grasp: Grasp, turn: float
 
 # ---------------------------------------------------------------- maps and peaks of any kind
 
+
 @given(st.integers(0, 2**32), st.integers(1, 60), st.integers(1, 60), st.integers(1, 12), st.integers(1, 15))
 def test_peaks_of_any_maps_are_sound_grasps_apart_and_in_order(
-        seed: int, height: int, width: int, count: int, apart: int) -> None:
+    seed: int, height: int, width: int, count: int, apart: int
+) -> None:
     rng = np.random.default_rng(seed)
     quality = rng.uniform(-0.5, 1.5, (height, width)).astype(np.float32).round(1)  # with plateaus
     maps = GraspMaps(quality, *rng.normal(0, 5, (3, height, width)).astype(np.float32))

@@ -47,7 +47,8 @@ def test_the_same_seed_shows_the_same_objects_in_the_same_noise(env: GraspEnv) -
 
 
 def test_a_good_grasp_is_rewarded_and_a_bad_one_is_not(
-        env: GraspEnv, models: dict[str, gb.ObjectModel], scenario: gb.Scenario) -> None:
+    env: GraspEnv, models: dict[str, gb.ObjectModel], scenario: gb.Scenario
+) -> None:
     _, info = env.reset(seed=1, options={"object": "block"})
     bound = gb.run_trial(gb.Workcell(scenario), models["block"], Oracle(), attempt=info["attempt"])
     best = bound.grasps[0]

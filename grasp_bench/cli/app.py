@@ -14,11 +14,15 @@ import typer
 from grasp_bench.errors import GraspBenchError
 
 app = typer.Typer(
-    name="grasp-bench", no_args_is_help=True, rich_markup_mode="rich", pretty_exceptions_enable=False,
+    name="grasp-bench",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
     help="How often does a grasp predictor really lift the object, on an EC66 arm, seen by a depth "
-         "camera?\n\n"
-         "Start with [bold]grasp-bench run --objects all --trials 180[/bold], then "
-         "[bold]grasp-bench report results/[/bold].")
+    "camera?\n\n"
+    "Start with [bold]grasp-bench run --objects all --trials 180[/bold], then "
+    "[bold]grasp-bench report results/[/bold].",
+)
 
 
 def _print_version(wanted: bool) -> None:
@@ -31,8 +35,10 @@ def _print_version(wanted: bool) -> None:
 
 @app.callback()
 def common(
-    version: Annotated[bool, typer.Option(
-        "--version", callback=_print_version, is_eager=True, help="Print the version and exit.")] = False,
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit."),
+    ] = False,
 ) -> None:
     """Options of the command itself."""
 

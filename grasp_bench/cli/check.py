@@ -12,17 +12,27 @@ import typer
 def check_command(
     new: Annotated[Path, typer.Argument(help="Folder of the new run.")],
     baseline: Annotated[Path, typer.Option(help="Folder of the old run, of the same trials.")],
-    margin: Annotated[float, typer.Option(
-        help="Drop of the success rate that would matter; 0.03 is three points.")] = 0.03,
+    margin: Annotated[
+        float, typer.Option(help="Drop of the success rate that would matter; 0.03 is three points.")
+    ] = 0.03,
     alpha: Annotated[float, typer.Option(help="Level of both tests.")] = 0.05,
-    exact: Annotated[bool, typer.Option(
-        "--exact", help="Demand identical records, as a pinned stack on one kind of machine gives.")] = False,
-    strict: Annotated[bool, typer.Option(
-        "--strict", help="Exit with 1 when inconclusive, too: demand that a drop of the margin is excluded.",
-    )] = False,
+    exact: Annotated[
+        bool,
+        typer.Option(
+            "--exact", help="Demand identical records, as a pinned stack on one kind of machine gives."
+        ),
+    ] = False,
+    strict: Annotated[
+        bool,
+        typer.Option(
+            "--strict",
+            help="Exit with 1 when inconclusive, too: demand that a drop of the margin is excluded.",
+        ),
+    ] = False,
     junit: Annotated[Path | None, typer.Option(help="Write JUnit XML to this file.")] = None,
-    markdown: Annotated[Path | None, typer.Option(
-        help="Append a Markdown summary to this file, e.g. $GITHUB_STEP_SUMMARY.")] = None,
+    markdown: Annotated[
+        Path | None, typer.Option(help="Append a Markdown summary to this file, e.g. $GITHUB_STEP_SUMMARY.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """Did the success rate drop? Compares two runs of the same trials, pair by pair.

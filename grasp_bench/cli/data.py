@@ -26,8 +26,13 @@ def synth_command(
     from grasp_bench.learning.data.synthetic import SynthConfig
 
     console = Console()
-    columns = (TextColumn("scenes"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(),
-               TextColumn("{task.fields[state]}"))
+    columns = (
+        TextColumn("scenes"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[state]}"),
+    )
     tally = {"there": 0, "made": 0, "tries": 0}
     config = SynthConfig(tries=tries)
     with Progress(*columns, console=console) as progress:
@@ -39,8 +44,12 @@ def synth_command(
                 tally["made"] += entry is not None
                 tally["tries"] += entry["tried"] if entry else 0
             seconds = max(progress.tasks[task].elapsed or 0, 1e-3)
-            progress.update(task, advance=1, state=f"{3600 * tally['made'] / seconds:.0f} scenes/h, "
-                                                   f"{tally['tries'] / seconds:.1f} tries/s")
+            progress.update(
+                task,
+                advance=1,
+                state=f"{3600 * tally['made'] / seconds:.0f} scenes/h, "
+                f"{tally['tries'] / seconds:.1f} tries/s",
+            )
             if fresh and not console.is_terminal and tally["there"] % 50 == 0:
                 console.print(f"{tally['there']} of {scenes}: {progress.tasks[task].fields['state']}")
 
@@ -70,8 +79,10 @@ def show_command(
 def export_command(
     folder: Annotated[Path, typer.Argument(help="Folder of generated scenes.")],
     out: Annotated[Path, typer.Argument(help="Folder to write.")],
-    layout: Annotated[Literal["jacquard"], typer.Option(
-        "--format", help="Jacquard's files: RGB, perfect and noisy depth, mask, grasps.")] = "jacquard",
+    layout: Annotated[
+        Literal["jacquard"],
+        typer.Option("--format", help="Jacquard's files: RGB, perfect and noisy depth, mask, grasps."),
+    ] = "jacquard",
     size: Annotated[int, typer.Option(help="Side of the images [px]; Jacquard's is 1024.", min=32)] = 1024,
     limit: Annotated[int | None, typer.Option(help="Scenes at most.", min=1)] = None,
 ) -> None:
@@ -82,8 +93,9 @@ def export_command(
     from grasp_bench.learning.data.export import export_jacquard
 
     written, empty = export_jacquard(folder, out, size, limit)
-    typer.echo(f"{written} scenes in {out} in the layout of {layout}; {empty} left out, "
-               "in which no grasp held.")
+    typer.echo(
+        f"{written} scenes in {out} in the layout of {layout}; {empty} left out, in which no grasp held."
+    )
 
 
 def info_command(

@@ -12,16 +12,22 @@ from grasp_bench.system.graphics import LIBRARIES, with_gl, without_gl
 
 
 def doctor_command(
-    run: Annotated[Path | None, typer.Argument(
-        help="A finished run's folder; without it, the environment is checked.")] = None,
-    trials: Annotated[int, typer.Option(
-        min=1, help="How many trials of RUN are done again, spread evenly over it.")] = 5,
-    objects: Annotated[Path | None, typer.Option(
-        help="Folder of RUN's objects, where they are not the shipped ones.")] = None,
-    physics: Annotated[bool, typer.Option(
-        "--physics", help="Compare the physics with closed forms; takes about a minute.")] = False,
-    full: Annotated[bool, typer.Option(
-        "--full", help="With --physics: the oracle's trials of all objects at two time steps.")] = False,
+    run: Annotated[
+        Path | None, typer.Argument(help="A finished run's folder; without it, the environment is checked.")
+    ] = None,
+    trials: Annotated[
+        int, typer.Option(min=1, help="How many trials of RUN are done again, spread evenly over it.")
+    ] = 5,
+    objects: Annotated[
+        Path | None, typer.Option(help="Folder of RUN's objects, where they are not the shipped ones.")
+    ] = None,
+    physics: Annotated[
+        bool, typer.Option("--physics", help="Compare the physics with closed forms; takes about a minute.")
+    ] = False,
+    full: Annotated[
+        bool,
+        typer.Option("--full", help="With --physics: the oracle's trials of all objects at two time steps."),
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """Check the installation, or do some trials of RUN again and compare them byte for byte.

@@ -15,35 +15,51 @@ Format = Literal["table", "markdown", "json"]
 
 
 def evaluate_command(
-    dataset: Annotated[Literal["cornell", "jacquard", "synthetic"], typer.Option(
-        help="What the folder holds.")],
+    dataset: Annotated[
+        Literal["cornell", "jacquard", "synthetic"], typer.Option(help="What the folder holds.")
+    ],
     root: Annotated[Path, typer.Option(help="Folder of a full or partial copy, or of generated scenes.")],
-    predictor: Annotated[str, typer.Option(
-        help="A name from `grasp-bench predictors`, a network, or my_module:MyPredictor.")] = "htc-grasp",
-    split: Annotated[Literal["image", "object"], typer.Option(
-        help="Folds of images at random, or of whole objects (contiguous blocks where objects are unknown)."
-    )] = "object",
-    protocol: Annotated[Literal["strict", "legacy"], typer.Option(
-        help="strict: no crop by the labels, no augmentation. legacy: the GG-CNN lineage's conventions."
-    )] = "strict",
+    predictor: Annotated[
+        str, typer.Option(help="A name from `grasp-bench predictors`, a network, or my_module:MyPredictor.")
+    ] = "htc-grasp",
+    split: Annotated[
+        Literal["image", "object"],
+        typer.Option(
+            help="Folds of images at random, or of whole objects (contiguous blocks where objects are "
+            "unknown)."
+        ),
+    ] = "object",
+    protocol: Annotated[
+        Literal["strict", "legacy"],
+        typer.Option(
+            help="strict: no crop by the labels, no augmentation. legacy: the GG-CNN lineage's conventions."
+        ),
+    ] = "strict",
     folds: Annotated[int, typer.Option(help="Test sets, that together hold every image.", min=1)] = 1,
     fold: Annotated[int | None, typer.Option(help="Evaluate this fold alone, from 1.", min=1)] = None,
     weights: Annotated[Path | None, typer.Option(help="Weights instead of the shipped ones.")] = None,
     depth: Annotated[Literal["perfect", "stereo"], typer.Option(help="Depth of Jacquard.")] = "perfect",
     seed: Annotated[int, typer.Option(help="Of the folds, and of the training.", min=0)] = 0,
-    train_steps: Annotated[int, typer.Option(
-        help="Train this many steps for each fold on all others; 0 = evaluate the weights as they are.",
-        min=0)] = 0,
-    init: Annotated[str, typer.Option(
-        help="Weights that training begins with: 'shipped', 'none', or a file.")] = "shipped",
-    data: Annotated[list[Path] | None, typer.Option(
-        "--data", "-d", help="Generated scenes to mix into the training.")] = None,
+    train_steps: Annotated[
+        int,
+        typer.Option(
+            help="Train this many steps for each fold on all others; 0 = evaluate the weights as they are.",
+            min=0,
+        ),
+    ] = 0,
+    init: Annotated[
+        str, typer.Option(help="Weights that training begins with: 'shipped', 'none', or a file.")
+    ] = "shipped",
+    data: Annotated[
+        list[Path] | None, typer.Option("--data", "-d", help="Generated scenes to mix into the training.")
+    ] = None,
     real_share: Annotated[float, typer.Option(help="Share of real images among what is seen.")] = 0.5,
     batch: Annotated[int, typer.Option(help="Samples a step.", min=1)] = 16,
     lr: Annotated[float, typer.Option(help="Highest learning rate.")] = 3e-4,
     threads: Annotated[int, typer.Option(help="Threads of the training.", min=1)] = 1,
-    runs: Annotated[Path | None, typer.Option(
-        help="Folder of the trainings; by default runs/evaluate-DATASET-PREDICTOR.")] = None,
+    runs: Annotated[
+        Path | None, typer.Option(help="Folder of the trainings; by default runs/evaluate-DATASET-PREDICTOR.")
+    ] = None,
     fmt: Annotated[Format, typer.Option("--format", help="table, markdown or json.")] = "table",
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Write the result as JSON here.")] = None,
 ) -> None:
@@ -61,10 +77,12 @@ def evaluate_command(
     training = None
     if train_steps:
         where = runs or Path("runs") / f"evaluate-{dataset}-{predictor}"
-        training = _training(predictor, train_steps, init, weights, data or [], real_share, batch, lr, seed,
-                             threads, where)
+        training = _training(
+            predictor, train_steps, init, weights, data or [], real_share, batch, lr, seed, threads, where
+        )
     tally = {"done": 0, "correct": 0}
     with console.status("Evaluating …") as status:
+
         def report(record: dict[str, Any]) -> None:
             tally["done"] += 1
             tally["correct"] += record["verdict"] == "correct"
@@ -86,8 +104,19 @@ def evaluate_command(
         show([table], console)
 
 
-def _training(predictor: str, steps: int, init: str, weights: Path | None, data: list[Path],
-              real_share: float, batch: int, lr: float, seed: int, threads: int, out: Path) -> Training:
+def _training(
+    predictor: str,
+    steps: int,
+    init: str,
+    weights: Path | None,
+    data: list[Path],
+    real_share: float,
+    batch: int,
+    lr: float,
+    seed: int,
+    threads: int,
+    out: Path,
+) -> Training:
     from grasp_bench.errors import GraspBenchError
     from grasp_bench.learning.evaluation.evaluate import Training
     from grasp_bench.learning.training.config import TrainConfig
@@ -98,28 +127,41 @@ def _training(predictor: str, steps: int, init: str, weights: Path | None, data:
     if weights is not None:
         raise GraspBenchError("--weights is evaluated as it is; with --train-steps, give it as --init.")
     begin = {"shipped": weights_path(predictor), "none": None}.get(init, Path(init))
-    config = TrainConfig(network=predictor, steps=steps, batch=batch, lr=lr, seed=seed, threads=threads,
-                         warmup=min(20, steps), checkpoint_every=steps, validate_every=steps)
+    config = TrainConfig(
+        network=predictor,
+        steps=steps,
+        batch=batch,
+        lr=lr,
+        seed=seed,
+        threads=threads,
+        warmup=min(20, steps),
+        checkpoint_every=steps,
+        validate_every=steps,
+    )
     return Training(config, begin, data, real_share, out)
 
 
 def bench_table_command(
-    folder: Annotated[Path, typer.Option(
-        help="Holds a run for each predictor; runs that are there are finished or kept.",
-    )] = Path("results/bench"),
-    predictors: Annotated[str | None, typer.Option(
-        help="Names, comma-separated; by default all shipped ones whose weights are installed.")] = None,
-    trials: Annotated[int | None, typer.Option(
-        help="Trials of each; by default one for each object.", min=1)] = None,
+    folder: Annotated[
+        Path, typer.Option(help="Holds a run for each predictor; runs that are there are finished or kept.")
+    ] = Path("results/bench"),
+    predictors: Annotated[
+        str | None,
+        typer.Option(help="Names, comma-separated; by default all shipped ones whose weights are installed."),
+    ] = None,
+    trials: Annotated[
+        int | None, typer.Option(help="Trials of each; by default one for each object.", min=1)
+    ] = None,
     scenario: Annotated[str, typer.Option(help="A shipped scenario, or the path of a YAML file.")] = "table4",
     seed: Annotated[int, typer.Option(help="Of all that is random.", min=0)] = 0,
-    workers: Annotated[int | None, typer.Option(
-        help="Processes; by default one for each core.", min=1)] = None,
+    workers: Annotated[
+        int | None, typer.Option(help="Processes; by default one for each core.", min=1)
+    ] = None,
     reference: Annotated[str, typer.Option(help="What the others are compared with.")] = "htc-grasp",
-    evaluations: Annotated[Path, typer.Option(
-        help="Results of `grasp-bench evaluate --out`, for Tables 1 to 3.")] = Path("results/evaluation"),
-    no_run: Annotated[bool, typer.Option(
-        "--no-run", help="Print what is there; try nothing.")] = False,
+    evaluations: Annotated[
+        Path, typer.Option(help="Results of `grasp-bench evaluate --out`, for Tables 1 to 3.")
+    ] = Path("results/evaluation"),
+    no_run: Annotated[bool, typer.Option("--no-run", help="Print what is there; try nothing.")] = False,
     fmt: Annotated[Format, typer.Option("--format", help="table, markdown or json.")] = "table",
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Write to this file instead.")] = None,
 ) -> None:
@@ -134,6 +176,7 @@ def bench_table_command(
 
     progress = Console(stderr=True)
     if not no_run:
+
         def announce(name: str) -> bool:
             progress.print(name, highlight=False)
             return True

@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
-leaderboard_app = typer.Typer(no_args_is_help=True,
-                              help="Check a run for the leaderboard, and print the table.")
+leaderboard_app = typer.Typer(
+    no_args_is_help=True, help="Check a run for the leaderboard, and print the table."
+)
 
 
 @leaderboard_app.command("check")
@@ -23,19 +24,24 @@ def check_command(
 
     conditions = check(folder)
     for condition in conditions:
-        typer.echo(f"{'ok   ' if condition.passed else 'FAULT'}  {condition.what}"
-                   + ("" if condition.passed else f": {condition.fault}"))
+        typer.echo(
+            f"{'ok   ' if condition.passed else 'FAULT'}  {condition.what}"
+            + ("" if condition.passed else f": {condition.fault}")
+        )
     if not all(c.passed for c in conditions):
         raise typer.Exit(1)
     row = load_row(folder)
-    typer.echo(f"{row.about.name}: {row.successes}/{row.trials} = {row.successes / row.trials:.1%} "
-               f"(95 % interval {row.interval[0]:.1%} – {row.interval[1]:.1%}) can be a row.")
+    typer.echo(
+        f"{row.about.name}: {row.successes}/{row.trials} = {row.successes / row.trials:.1%} "
+        f"(95 % interval {row.interval[0]:.1%} – {row.interval[1]:.1%}) can be a row."
+    )
 
 
 @leaderboard_app.command("table")
 def table_command(
     root: Annotated[Path, typer.Argument(help="Folder of runs; all of them must be fit for a row.")] = Path(
-        "results/reference"),
+        "results/reference"
+    ),
 ) -> None:
     """Print the leaderboard of all runs below ROOT as Markdown."""
     from grasp_bench.report.leaderboard import load_row

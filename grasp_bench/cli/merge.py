@@ -13,9 +13,12 @@ import typer
 def merge_command(
     out: Annotated[Path, typer.Argument(help="New folder for the whole run.")],
     shards: Annotated[list[Path], typer.Argument(help="Folders of the shards, in any order.")],
-    partial: Annotated[bool, typer.Option(
-        "--partial",
-        help="Accept that trials are missing; `grasp-bench run --out OUT` does them later.")] = False,
+    partial: Annotated[
+        bool,
+        typer.Option(
+            "--partial", help="Accept that trials are missing; `grasp-bench run --out OUT` does them later."
+        ),
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """Put the shards of a run together: OUT becomes what one machine would have written, byte for byte.

@@ -14,15 +14,17 @@ from grasp_bench.system.graphics import with_gl, without_gl
 objects_app = typer.Typer(no_args_is_help=True, help="List, show, verify, picture, build and import objects.")
 objects_app.command("import")(import_command)
 
-Folder = Annotated[Path | None, typer.Option(
-    "--folder", help="A folder of objects; the shipped 180 by default.")]
+Folder = Annotated[
+    Path | None, typer.Option("--folder", help="A folder of objects; the shipped 180 by default.")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print as JSON.")]
 
 
 @objects_app.command("list")
 def list_objects(
     what: Annotated[str, typer.Argument(help="all, names or categories, comma-separated.")] = "all",
-    folder: Folder = None, as_json: AsJson = False,
+    folder: Folder = None,
+    as_json: AsJson = False,
 ) -> None:
     """List objects with category, mass, size and number of convex pieces."""
     from grasp_bench.objects.catalog import Catalog
@@ -35,21 +37,25 @@ def list_objects(
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(header_style="bold", title=f"{len(entries)} objects in "
-                  f"{len({e['category'] for e in entries})} categories")
+    table = Table(
+        header_style="bold",
+        title=f"{len(entries)} objects in {len({e['category'] for e in entries})} categories",
+    )
     for name in ("Name", "Category", "Mass [g]", "Size [mm]", "Material", "Hulls"):
         table.add_column(name, justify="right" if name in ("Mass [g]", "Size [mm]", "Hulls") else "left")
     for e in entries:
         size = " × ".join(f"{1000 * x:.0f}" for x in e["extents"])
-        table.add_row(e["name"], e["category"], f"{1000 * e['mass']:.0f}", size, e["material"],
-                      str(e["hulls"]))
+        table.add_row(
+            e["name"], e["category"], f"{1000 * e['mass']:.0f}", size, e["material"], str(e["hulls"])
+        )
     Console().print(table)
 
 
 @objects_app.command()
 def show(
     name: Annotated[str, typer.Argument(help="An object's name.")],
-    folder: Folder = None, as_json: AsJson = False,
+    folder: Folder = None,
+    as_json: AsJson = False,
     picture: Annotated[Path | None, typer.Option(help="Write a picture (PNG) to this file.")] = None,
 ) -> None:
     """Show all that is known of one object."""
@@ -59,8 +65,11 @@ def show(
 
     catalog = Catalog(folder)
     model = catalog.load(name)
-    entry: dict[str, Any] = catalog.entries[name] | {"poses": [
-        {"probability": p.probability, "height": p.height, "grasps": len(p.grasps)} for p in model.poses]}
+    entry: dict[str, Any] = catalog.entries[name] | {
+        "poses": [
+            {"probability": p.probability, "height": p.height, "grasps": len(p.grasps)} for p in model.poses
+        ]
+    }
     if picture is not None:
         from grasp_bench.workshop.pictures import object_picture
 
@@ -71,16 +80,22 @@ def show(
     from rich.console import Console
 
     console = Console()
-    console.print(f"[bold]{name}[/bold] ({entry['category']}): {1000 * entry['mass']:.0f} g, "
-                  f"{entry['material']}, friction {entry['friction']:g} against the pads")
+    console.print(
+        f"[bold]{name}[/bold] ({entry['category']}): {1000 * entry['mass']:.0f} g, "
+        f"{entry['material']}, friction {entry['friction']:g} against the pads"
+    )
     size, off = " × ".join(f"{1000 * x:.1f}" for x in entry["extents"]), entry["decomposition"]
-    console.print(f"Size {size} mm; {entry['faces']} faces, "
-                  f"{entry['hulls']} convex pieces, volume {off['volume_ratio']:.3f} of the mesh's, "
-                  f"surface at most {1000 * off['max_distance']:.1f} mm off")
+    console.print(
+        f"Size {size} mm; {entry['faces']} faces, "
+        f"{entry['hulls']} convex pieces, volume {off['volume_ratio']:.3f} of the mesh's, "
+        f"surface at most {1000 * off['max_distance']:.1f} mm off"
+    )
     console.print(f"Source: {entry['source']}")
     for pose in model.poses:
-        console.print(f"Rests with probability {pose.probability:.2f}, centre of mass "
-                      f"{1000 * pose.height:.0f} mm high: {len(pose.grasps)} reference grasps")
+        console.print(
+            f"Rests with probability {pose.probability:.2f}, centre of mass "
+            f"{1000 * pose.height:.0f} mm high: {len(pose.grasps)} reference grasps"
+        )
 
 
 @objects_app.command()
@@ -106,10 +121,13 @@ def verify(folder: Folder = None) -> None:
 
 
 @objects_app.command()
-def sheet(out: Annotated[Path, typer.Argument(help="PNG file to write.")],
-          what: Annotated[str, typer.Option(help="all, names or categories.")] = "all",
-          columns: Annotated[int, typer.Option(min=1)] = 12, folder: Folder = None,
-          names: Annotated[bool, typer.Option(help="Write names under the pictures.")] = True) -> None:
+def sheet(
+    out: Annotated[Path, typer.Argument(help="PNG file to write.")],
+    what: Annotated[str, typer.Option(help="all, names or categories.")] = "all",
+    columns: Annotated[int, typer.Option(min=1)] = 12,
+    folder: Folder = None,
+    names: Annotated[bool, typer.Option(help="Write names under the pictures.")] = True,
+) -> None:
     """Render a contact sheet of objects."""
     with_gl()
     from grasp_bench.objects.catalog import Catalog

@@ -20,15 +20,15 @@ def import_command(
     units: Annotated[str, typer.Option(help="m, cm, mm or auto.")] = "auto",
     mass: Annotated[float | None, typer.Option(help="Mass of the object [kg].")] = None,
     density: Annotated[float | None, typer.Option(help="Density instead of a mass [kg/m³].")] = None,
-    masses: Annotated[Path | None, typer.Option(
-        help="CSV with a line name,mass_kg an object.")] = None,
+    masses: Annotated[Path | None, typer.Option(help="CSV with a line name,mass_kg an object.")] = None,
     friction: Annotated[float, typer.Option(help="Friction against the finger pads.")] = 0.6,
     name: Annotated[str | None, typer.Option(help="Name of a single object.")] = None,
     category: Annotated[str | None, typer.Option(help="Category; the object's name by default.")] = None,
     source: Annotated[str, typer.Option(help="Where sizes and masses come from.")] = "",
     out: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("imported-objects"),
-    up: Annotated[str, typer.Option(
-        help="The files' upward axis: y, z or auto (y for GLB, else z).")] = "auto",
+    up: Annotated[
+        str, typer.Option(help="The files' upward axis: y, z or auto (y for GLB, else z).")
+    ] = "auto",
     inertia: Annotated[str, typer.Option(help="How the mass is spread: solid or shell.")] = "solid",
     holes: Annotated[str, typer.Option(help="auto, fill or keep.")] = "auto",
     workers: Annotated[int, typer.Option(min=0, help="Processes; 0 takes one for each core.")] = 0,
@@ -51,8 +51,21 @@ def import_command(
     from grasp_bench.workshop.importing.importer import import_all
     from grasp_bench.workshop.importing.jobs import plan_jobs
 
-    jobs = plan_jobs(path, out, name=name, masses=masses, units=units, mass=mass, density=density,
-                     friction=friction, category=category, source=source, up=up, inertia=inertia, holes=holes)
+    jobs = plan_jobs(
+        path,
+        out,
+        name=name,
+        masses=masses,
+        units=units,
+        mass=mass,
+        density=density,
+        friction=friction,
+        category=category,
+        source=source,
+        up=up,
+        inertia=inertia,
+        holes=holes,
+    )
     console = rich_console.Console(stderr=as_json)
     reports: list[Report] = []
     with Progress(console=console) as bar:
@@ -63,11 +76,25 @@ def import_command(
             _tell(report, bar.console)
     count = write_manifest(out)
     if as_json:
-        typer.echo(json.dumps([{"name": r.name, "status": r.status, "why": r.why,
-                                "notes": r.details.get("import", {}).get("notes", [])} for r in reports]))
+        typer.echo(
+            json.dumps(
+                [
+                    {
+                        "name": r.name,
+                        "status": r.status,
+                        "why": r.why,
+                        "notes": r.details.get("import", {}).get("notes", []),
+                    }
+                    for r in reports
+                ]
+            )
+        )
     failed = sum(r.status == "failed" for r in reports)
-    console.print(f"{len(reports) - failed} of {len(reports)} objects imported; {out} holds {count}. "
-                  f"Try them: grasp-bench run --objects {out} --predictor oracle", soft_wrap=True)
+    console.print(
+        f"{len(reports) - failed} of {len(reports)} objects imported; {out} holds {count}. "
+        f"Try them: grasp-bench run --objects {out} --predictor oracle",
+        soft_wrap=True,
+    )
     if failed:
         raise typer.Exit(1)
 
@@ -79,12 +106,17 @@ def _tell(report: Report, console: Console) -> None:
         return
     d = report.details
     size = " × ".join(f"{1000 * x:.0f}" for x in d["extents"])
-    console.print(f"[bold]{report.name}[/bold]: {report.status}, {size} mm, {1000 * d['mass']:.0f} g, "
-                  f"{d['hulls']} convex pieces", soft_wrap=True)
+    console.print(
+        f"[bold]{report.name}[/bold]: {report.status}, {size} mm, {1000 * d['mass']:.0f} g, "
+        f"{d['hulls']} convex pieces",
+        soft_wrap=True,
+    )
     for note in d["import"]["notes"]:
         console.print(f"  {note}", soft_wrap=True)
     for pose in d["poses"]:
         if not pose["grasps"]:
-            console.print(f"  in the resting pose of probability {pose['probability']:.2f}, centre of mass "
-                          f"{1000 * pose['height']:.0f} mm high, no grasp fits the gripper: not tried",
-                          soft_wrap=True)
+            console.print(
+                f"  in the resting pose of probability {pose['probability']:.2f}, centre of mass "
+                f"{1000 * pose['height']:.0f} mm high, no grasp fits the gripper: not tried",
+                soft_wrap=True,
+            )

@@ -24,8 +24,13 @@ def check_physics(full: bool, as_json: bool) -> bool:
 
     scenario = load_scenario("table4")
     checks = []
-    bar = Progress(TextColumn("{task.description}"), MofNCompleteColumn(), TimeElapsedColumn(),
-                   console=Console(stderr=True), transient=True)
+    bar = Progress(
+        TextColumn("{task.description}"),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        console=Console(stderr=True),
+        transient=True,
+    )
     with bar:
         task = bar.add_task("Self-tests", total=len(QUICK))
         for test in QUICK:

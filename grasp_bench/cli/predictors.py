@@ -11,9 +11,13 @@ from grasp_bench.system.graphics import without_gl
 
 predictors_app = typer.Typer(help="List predictors, and check whether one keeps to the protocol.")
 
-Name = Annotated[str, typer.Argument(
-    help="A name from `grasp-bench predictors`, my_module:MyPredictor, http://127.0.0.1:PORT or "
-         "'cmd: COMMAND --port {port}'.")]
+Name = Annotated[
+    str,
+    typer.Argument(
+        help="A name from `grasp-bench predictors`, my_module:MyPredictor, http://127.0.0.1:PORT or "
+        "'cmd: COMMAND --port {port}'."
+    ),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print as JSON.")]
 
 
@@ -24,8 +28,10 @@ def list_predictors(context: typer.Context, as_json: AsJson = False) -> None:
         return
     from grasp_bench.predictors import BUILT_IN, installed
 
-    rows = [(n, e.kind, e.summary + ("" if e.available else "; weights not installed"))
-            for n, e in BUILT_IN.items()]
+    rows = [
+        (n, e.kind, e.summary + ("" if e.available else "; weights not installed"))
+        for n, e in BUILT_IN.items()
+    ]
     for name, points in installed().items():
         for point in points:
             home = f"{point.dist.name} {point.dist.version}" if point.dist else "an installed package"
@@ -43,10 +49,13 @@ def list_predictors(context: typer.Context, as_json: AsJson = False) -> None:
         table.add_row(*map(escape, row))
     console = Console()
     console.print(table)
-    console.print(escape(
-        "Your own: --predictor my_module:MyPredictor, with predict(image) -> list[Grasp]; a server at "
-        "http://127.0.0.1:PORT; or a command that starts one, 'cmd: python my_server.py --port {port}'.\n"
-        "See docs/predictors.md; `grasp-bench predictors check NAME` says what is wrong with one."))
+    console.print(
+        escape(
+            "Your own: --predictor my_module:MyPredictor, with predict(image) -> list[Grasp]; a server at "
+            "http://127.0.0.1:PORT; or a command that starts one, 'cmd: python my_server.py --port {port}'.\n"
+            "See docs/predictors.md; `grasp-bench predictors check NAME` says what is wrong with one."
+        )
+    )
 
 
 @predictors_app.command("check")
@@ -68,9 +77,23 @@ def check_predictor(name: Name, as_json: AsJson = False) -> None:
             close()
     failed = sum(row.failed for row in rows)
     if as_json:
-        typer.echo(json.dumps({"predictor": name, "passed": not failed, "images": [
-            {"image": r.sample, "grasps": r.grasps, "seconds": round(r.seconds, 4),
-             "findings": [{"level": f.level, "text": f.text} for f in r.findings]} for r in rows]}))
+        typer.echo(
+            json.dumps(
+                {
+                    "predictor": name,
+                    "passed": not failed,
+                    "images": [
+                        {
+                            "image": r.sample,
+                            "grasps": r.grasps,
+                            "seconds": round(r.seconds, 4),
+                            "findings": [{"level": f.level, "text": f.text} for f in r.findings],
+                        }
+                        for r in rows
+                    ],
+                }
+            )
+        )
     else:
         from rich.console import Console
         from rich.markup import escape
@@ -80,24 +103,34 @@ def check_predictor(name: Name, as_json: AsJson = False) -> None:
         for r in rows:
             colour = "red" if r.failed else "yellow" if r.findings else "green"
             words = "\n".join(f"{f.level}: {f.text}" for f in r.findings) or "sound"
-            table.add_row(r.sample, "–" if r.grasps is None else str(r.grasps),
-                          f"{1e3 * r.seconds:.0f}", f"[{colour}]{escape(words)}[/{colour}]")
+            table.add_row(
+                r.sample,
+                "–" if r.grasps is None else str(r.grasps),
+                f"{1e3 * r.seconds:.0f}",
+                f"[{colour}]{escape(words)}[/{colour}]",
+            )
         console = Console()
         console.print(table)
-        console.print(f"{failed} of {len(rows)} images show a break of the protocol; see docs/predictors.md."
-                      if failed else f"All {len(rows)} images were answered as the protocol asks.")
+        console.print(
+            f"{failed} of {len(rows)} images show a break of the protocol; see docs/predictors.md."
+            if failed
+            else f"All {len(rows)} images were answered as the protocol asks."
+        )
     if failed:
         raise typer.Exit(1)
 
 
 def serve_command(
-    name: Annotated[str, typer.Argument(
-        help="A name from `grasp-bench predictors`, or my_module:MyPredictor.")],
-    host: Annotated[str, typer.Option(
-        help="Address to listen at; other machines reach it only when this is changed.")] = "127.0.0.1",
+    name: Annotated[
+        str, typer.Argument(help="A name from `grasp-bench predictors`, or my_module:MyPredictor.")
+    ],
+    host: Annotated[
+        str, typer.Option(help="Address to listen at; other machines reach it only when this is changed.")
+    ] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="0 takes any that is free.")] = 8000,
-    max_body_mb: Annotated[float, typer.Option(
-        min=0.01, help="Largest request in megabytes, packed or unpacked.")] = 128.0,
+    max_body_mb: Annotated[
+        float, typer.Option(min=0.01, help="Largest request in megabytes, packed or unpacked.")
+    ] = 128.0,
 ) -> None:
     """Serve a predictor to `run --predictor http://…`, from another environment or machine.
 

@@ -15,20 +15,28 @@ from grasp_bench.system.graphics import LIBRARIES, VARIABLE, with_gl, without_gl
 def replay_command(
     run: Annotated[Path, typer.Argument(help="A run's folder.")],
     trial: Annotated[int, typer.Option(min=0, help="Number of the trial.")],
-    attempt: Annotated[int | None, typer.Option(
-        min=0, help="Of an episode of clutter: tell and show this attempt only.")] = None,
-    video: Annotated[Path | None, typer.Option(
-        help="Write a film: .mp4 and .webm (extra `video`), .gif or .webp.")] = None,
+    attempt: Annotated[
+        int | None, typer.Option(min=0, help="Of an episode of clutter: tell and show this attempt only.")
+    ] = None,
+    video: Annotated[
+        Path | None, typer.Option(help="Write a film: .mp4 and .webm (extra `video`), .gif or .webp.")
+    ] = None,
     viewer: Annotated[bool, typer.Option("--viewer", help="Play it in MuJoCo's viewer.")] = False,
-    browser: Annotated[bool, typer.Option(
-        "--browser", help="Play it on a local web page (extra `viewer`); needs no display.")] = False,
-    rerun: Annotated[Path | None, typer.Option(
-        help="Write a Rerun recording, FILE.rrd (extra `rerun`).")] = None,
+    browser: Annotated[
+        bool,
+        typer.Option("--browser", help="Play it on a local web page (extra `viewer`); needs no display."),
+    ] = False,
+    rerun: Annotated[
+        Path | None, typer.Option(help="Write a Rerun recording, FILE.rrd (extra `rerun`).")
+    ] = None,
     port: Annotated[int, typer.Option(min=1, max=65535, help="Of the web page.")] = 8080,
-    opengl: Annotated[bool, typer.Option(
-        "--opengl", help="Draw the film with OpenGL (EGL or OSMesa) instead of casting rays.")] = False,
-    objects: Annotated[Path | None, typer.Option(
-        help="Folder of the objects' catalogue, if not the shipped one.")] = None,
+    opengl: Annotated[
+        bool,
+        typer.Option("--opengl", help="Draw the film with OpenGL (EGL or OSMesa) instead of casting rays."),
+    ] = False,
+    objects: Annotated[
+        Path | None, typer.Option(help="Folder of the objects' catalogue, if not the shipped one.")
+    ] = None,
 ) -> None:
     """Do a recorded trial again, verify that it ends as recorded to the bit, and show it.
 
@@ -99,8 +107,10 @@ def _choose_graphics(renderer: str, viewer: bool, opengl: bool) -> None:
     """Which OpenGL MuJoCo may load: that of the run's images, of the film, of a window, or none."""
     if viewer:
         if renderer in LIBRARIES:
-            raise GraspBenchError(f"The run's images were made with {renderer}, which MuJoCo's viewer cannot "
-                                  "be used together with; use --browser.")
+            raise GraspBenchError(
+                f"The run's images were made with {renderer}, which MuJoCo's viewer cannot "
+                "be used together with; use --browser."
+            )
         if os.environ.get(VARIABLE, "glfw").lower() == "off":
             del os.environ[VARIABLE]
         from grasp_bench.replay.viewer import check_display

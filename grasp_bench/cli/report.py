@@ -12,17 +12,29 @@ from grasp_bench.errors import GraspBenchError
 
 
 def report_command(
-    folder: Annotated[Path, typer.Argument(
-        help="A run's folder, or one that holds several.")] = Path("results"),
+    folder: Annotated[Path, typer.Argument(help="A run's folder, or one that holds several.")] = Path(
+        "results"
+    ),
     fmt: Annotated[str, typer.Option("--format", help="table, markdown, json or html.")] = "table",
-    out: Annotated[Path | None, typer.Option(
-        help="Write to this file instead of the terminal; html: FOLDER/report.html by default.")] = None,
-    render: Annotated[str, typer.Option(
-        help="html: make missing pictures and clips by doing trials again: none, failures or all.")] = "none",
-    max_mb: Annotated[float, typer.Option(
-        min=3, help="html: leave out pictures that would make the file larger; failures come first.")] = 15,
-    objects: Annotated[Path | None, typer.Option(
-        help="html: folder of the objects' catalogue, if not the shipped one.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Write to this file instead of the terminal; html: FOLDER/report.html by default."),
+    ] = None,
+    render: Annotated[
+        str,
+        typer.Option(
+            help="html: make missing pictures and clips by doing trials again: none, failures or all."
+        ),
+    ] = "none",
+    max_mb: Annotated[
+        float,
+        typer.Option(
+            min=3, help="html: leave out pictures that would make the file larger; failures come first."
+        ),
+    ] = 15,
+    objects: Annotated[
+        Path | None, typer.Option(help="html: folder of the objects' catalogue, if not the shipped one.")
+    ] = None,
 ) -> None:
     """Print Table 4 of the paper with the runs of FOLDER beside it, and how their trials ended."""
     from grasp_bench.errors import UnknownNameError
@@ -37,8 +49,9 @@ def report_command(
         from grasp_bench.report.html.page import describe, write_html
 
         render_missing(find_runs(folder), render, objects)
-        written = write_html(find_runs(folder), out or folder / "report.html", folder, objects,
-                             round(1_000_000 * max_mb))
+        written = write_html(
+            find_runs(folder), out or folder / "report.html", folder, objects, round(1_000_000 * max_mb)
+        )
         typer.echo(describe(written))
         return
     content = build_report(find_runs(folder), folder)

@@ -12,42 +12,80 @@ from grasp_bench.cli import completion
 
 
 def run_command(
-    objects: Annotated[str | None, typer.Option(
-        autocompletion=completion.objects,
-        help="all, object names, categories (comma-separated), or a folder with a manifest.json; by default "
-             "the scenario's objects, which are all unless it names some.")] = None,
-    trials: Annotated[int, typer.Option(
-        min=1, help="How many trials, spread evenly over the objects; of clutter, how many episodes.")] = 180,
-    predictor: Annotated[str, typer.Option(
-        autocompletion=completion.predictors,
-        help="A name from `grasp-bench predictors`, my_module:MyPredictor, http://127.0.0.1:PORT, or "
-             "'cmd: python my_server.py --port {port}'.")] = "htc-grasp",
-    scenario: Annotated[str, typer.Option(
-        autocompletion=completion.scenarios,
-        help="A shipped scenario, or the path of a YAML file.")] = "table4",
+    objects: Annotated[
+        str | None,
+        typer.Option(
+            autocompletion=completion.objects,
+            help="all, object names, categories (comma-separated), or a folder with a manifest.json; by "
+            "default the scenario's objects, which are all unless it names some.",
+        ),
+    ] = None,
+    trials: Annotated[
+        int,
+        typer.Option(
+            min=1, help="How many trials, spread evenly over the objects; of clutter, how many episodes."
+        ),
+    ] = 180,
+    predictor: Annotated[
+        str,
+        typer.Option(
+            autocompletion=completion.predictors,
+            help="A name from `grasp-bench predictors`, my_module:MyPredictor, http://127.0.0.1:PORT, or "
+            "'cmd: python my_server.py --port {port}'.",
+        ),
+    ] = "htc-grasp",
+    scenario: Annotated[
+        str,
+        typer.Option(
+            autocompletion=completion.scenarios, help="A shipped scenario, or the path of a YAML file."
+        ),
+    ] = "table4",
     seed: Annotated[int, typer.Option(min=0, help="Seed of all that is random.")] = 0,
     workers: Annotated[int, typer.Option(min=0, help="Processes; 0 takes one for each core.")] = 0,
-    out: Annotated[Path | None, typer.Option(
-        help="Results folder; by default results/PREDICTOR-SCENARIO-seedN.")] = None,
-    renderer: Annotated[str, typer.Option(
-        help="auto, raycast (needs no graphics library), egl or osmesa.")] = "auto",
-    max_errors: Annotated[str, typer.Option(
-        help="Exit with 1 when more trials than this end unstable, timeout or error: a number, or a share "
-             "such as 2%.")] = "0",
-    media: Annotated[str, typer.Option(
-        help="Pictures of all trials (in clutter: attempts), and clips of: none (no pictures either), "
-             "failures or all.")] = "none",
-    rerun: Annotated[Path | None, typer.Option(
-        help="Log all trials into a Rerun recording, FILE.rrd (extra `rerun`).")] = None,
-    shard: Annotated[str, typer.Option(
-        help="i/N: do only every N-th trial, from the i-th on; `grasp-bench merge` joins the N folders.",
-    )] = "1/1",
+    out: Annotated[
+        Path | None, typer.Option(help="Results folder; by default results/PREDICTOR-SCENARIO-seedN.")
+    ] = None,
+    renderer: Annotated[
+        str, typer.Option(help="auto, raycast (needs no graphics library), egl or osmesa.")
+    ] = "auto",
+    max_errors: Annotated[
+        str,
+        typer.Option(
+            help="Exit with 1 when more trials than this end unstable, timeout or error: a number, or a "
+            "share such as 2%."
+        ),
+    ] = "0",
+    media: Annotated[
+        str,
+        typer.Option(
+            help="Pictures of all trials (in clutter: attempts), and clips of: none (no pictures either), "
+            "failures or all."
+        ),
+    ] = "none",
+    rerun: Annotated[
+        Path | None, typer.Option(help="Log all trials into a Rerun recording, FILE.rrd (extra `rerun`).")
+    ] = None,
+    shard: Annotated[
+        str,
+        typer.Option(
+            help="i/N: do only every N-th trial, from the i-th on; `grasp-bench merge` joins the N folders."
+        ),
+    ] = "1/1",
     executor: Annotated[str, typer.Option(help="process (this machine) or ray.")] = "process",
-    ray_address: Annotated[str | None, typer.Option(
-        help="A running Ray cluster, auto or HOST:PORT; without it, --executor ray starts Ray here.")] = None,
-    memory_limit: Annotated[float | None, typer.Option(
-        min=0.1, help="GiB a worker may take before its trial is an error; by default its share of 80 % of "
-                      "the machine's memory.")] = None,
+    ray_address: Annotated[
+        str | None,
+        typer.Option(
+            help="A running Ray cluster, auto or HOST:PORT; without it, --executor ray starts Ray here."
+        ),
+    ] = None,
+    memory_limit: Annotated[
+        float | None,
+        typer.Option(
+            min=0.1,
+            help="GiB a worker may take before its trial is an error; by default its share of 80 % of "
+            "the machine's memory.",
+        ),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the run's figures as JSON.")] = False,
 ) -> None:
@@ -66,13 +104,28 @@ def run_command(
     console = Console(quiet=quiet or as_json)
     allowed = ErrorLimit.parse(max_errors)
     with terminate_as_interrupt(), Progress(len(spread(["any"], trials, Shard.parse(shard))), console) as bar:
-        done = api.run(objects, trials, predictor, scenario, seed=seed, workers=workers, out=out,
-                       renderer=renderer, media=media, rerun=rerun, progress=bar.update, shard=shard,
-                       executor=executor, ray_address=ray_address, memory_limit=memory_limit)
+        done = api.run(
+            objects,
+            trials,
+            predictor,
+            scenario,
+            seed=seed,
+            workers=workers,
+            out=out,
+            renderer=renderer,
+            media=media,
+            rerun=rerun,
+            progress=bar.update,
+            shard=shard,
+            executor=executor,
+            ray_address=ray_address,
+            memory_limit=memory_limit,
+        )
     folder, summary, figures = done.folder, done.summary, done.figures
     if summary.repaired:
-        console.print("[yellow]A torn last line, left by a kill, was cut off; "
-                      "that trial was done again.[/yellow]")
+        console.print(
+            "[yellow]A torn last line, left by a kill, was cut off; that trial was done again.[/yellow]"
+        )
     if summary.added == 0:
         console.print(f"{folder} is finished already: nothing was left to do.")
     elif summary.resumed:
@@ -85,19 +138,30 @@ def run_command(
         said = f": {in_words(figures['clutter'])}"
     else:
         low, high = figures["wilson95"]
-        said = (f" lifted {figures['successes']}/{figures['trials']} = {figures['rate']:.1%} "
-                f"(95 % interval {low:.1%} – {high:.1%})")
-    console.print(f"[bold]{predictor}[/bold]{said}. "
-                  f"Results in {folder}; see `grasp-bench report {folder}`.", soft_wrap=True)
+        said = (
+            f" lifted {figures['successes']}/{figures['trials']} = {figures['rate']:.1%} "
+            f"(95 % interval {low:.1%} – {high:.1%})"
+        )
+    console.print(
+        f"[bold]{predictor}[/bold]{said}. Results in {folder}; see `grasp-bench report {folder}`.",
+        soft_wrap=True,
+    )
     if rerun is not None:
-        console.print(f"{rerun}: {rerun.stat().st_size / 1e6:.1f} MB; open it with `rerun {rerun}`."
-                      if rerun.is_file() else "No trial was done now, so there is nothing for Rerun; "
-                      "`grasp-bench replay` logs trials of a finished run.", soft_wrap=True)
+        console.print(
+            f"{rerun}: {rerun.stat().st_size / 1e6:.1f} MB; open it with `rerun {rerun}`."
+            if rerun.is_file()
+            else "No trial was done now, so there is nothing for Rerun; "
+            "`grasp-bench replay` logs trials of a finished run.",
+            soft_wrap=True,
+        )
     if media != "none":
         from grasp_bench.media.cost import describe_cost
 
         console.print(describe_cost(folder), soft_wrap=True)
     if allowed.exceeded(done.faults, len(done)):
-        typer.echo(f"{done.faults} trials ended unstable, in a timeout or an error (allowed: {allowed}); "
-                   f"see `detail` in {folder / 'trials.jsonl'}.", err=True)
+        typer.echo(
+            f"{done.faults} trials ended unstable, in a timeout or an error (allowed: {allowed}); "
+            f"see `detail` in {folder / 'trials.jsonl'}.",
+            err=True,
+        )
         raise typer.Exit(1)

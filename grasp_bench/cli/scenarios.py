@@ -12,8 +12,7 @@ scenarios_app = typer.Typer(invoke_without_command=True, help="List scenarios, a
 
 @scenarios_app.callback()
 def list_command(
-    context: typer.Context,
-    as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+    context: typer.Context, as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False
 ) -> None:
     """List the shipped scenarios; `show NAME` prints all values of one."""
     if context.invoked_subcommand is not None:
@@ -34,8 +33,9 @@ def list_command(
         table.add_row(*row)
     console = Console()
     console.print(table)
-    console.print("`grasp-bench run --scenario NAME`; your own: a YAML file with `extends: table4` "
-                  "and what differs.")
+    console.print(
+        "`grasp-bench run --scenario NAME`; your own: a YAML file with `extends: table4` and what differs."
+    )
 
 
 @scenarios_app.command("show")

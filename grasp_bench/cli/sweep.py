@@ -14,18 +14,24 @@ if TYPE_CHECKING:
 
 
 def sweep_command(
-    parameter: Annotated[str, typer.Option(
-        help="Dotted name of a scenario's value, e.g. gripper.force; see `grasp-bench scenarios show`.")],
+    parameter: Annotated[
+        str,
+        typer.Option(
+            help="Dotted name of a scenario's value, e.g. gripper.force; see `grasp-bench scenarios show`."
+        ),
+    ],
     values: Annotated[str, typer.Option(help="Comma-separated, e.g. 0,0.001,0.002.")],
     predictor: Annotated[str, typer.Option(help="One or several, comma-separated.")] = "htc-grasp",
     objects: Annotated[str | None, typer.Option(help="As for `grasp-bench run`.")] = None,
-    trials: Annotated[int | None, typer.Option(
-        min=1, help="Trials for each value; by default every object once.")] = None,
+    trials: Annotated[
+        int | None, typer.Option(min=1, help="Trials for each value; by default every object once.")
+    ] = None,
     scenario: Annotated[str, typer.Option(help="That all other values come from.")] = "table4",
     seed: Annotated[int, typer.Option(min=0, help="Seed of all that is random.")] = 0,
     workers: Annotated[int, typer.Option(min=0, help="Processes; 0 takes one for each core.")] = 0,
-    out: Annotated[Path | None, typer.Option(
-        help="Folder; by default sweeps/SCENARIO-seedN, shared by all parameters.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder; by default sweeps/SCENARIO-seedN, shared by all parameters.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
 ) -> None:
     """Run several values of one scenario parameter, and plot success with intervals against it.
@@ -44,9 +50,18 @@ def sweep_command(
     console = Console(quiet=as_json)
     with console.status("Starting …") as status:
         names = [p.strip() for p in predictor.split(",") if p.strip()]
-        done = sweep(parameter, read_values(values), base, folder, predictors=names, objects=objects,
-                     trials=trials, seed=seed, workers=workers or None,
-                     progress=lambda words, record, _: status.update(f"{words}: trial {record['trial']}"))
+        done = sweep(
+            parameter,
+            read_values(values),
+            base,
+            folder,
+            predictors=names,
+            objects=objects,
+            trials=trials,
+            seed=seed,
+            workers=workers or None,
+            progress=lambda words, record, _: status.update(f"{words}: trial {record['trial']}"),
+        )
     written = save(done, folder)
     if as_json:
         typer.echo(done.as_json(), nl=False)
@@ -61,16 +76,26 @@ def as_table(done: Sweep) -> Table:
 
     from grasp_bench.studies.sweep_chart import words
 
-    table = Table(title=f"{done.parameter} on {done.scenario}, seed {done.seed}", title_style="bold",
-                  header_style="bold")
+    table = Table(
+        title=f"{done.parameter} on {done.scenario}, seed {done.seed}",
+        title_style="bold",
+        header_style="bold",
+    )
     for name in ("Predictor", "Value", "Lifted", "Rate", "95 % interval", "−/+", "p"):
         table.add_column(name, justify="left" if name == "Predictor" else "right", no_wrap=True)
     for p in done.points:
         own = words(p.value) == words(done.own)
         paired = ("", "") if own or p.p is None else (f"{p.lost}/{p.gained}", f"{p.p:.2g}")
-        table.add_row(p.predictor, words(p.value) + (" (own)" if own else ""), f"{p.successes}/{p.trials}",
-                      f"{p.rate:.1%}", f"{p.low:.1%} – {p.high:.1%}", *paired)
+        table.add_row(
+            p.predictor,
+            words(p.value) + (" (own)" if own else ""),
+            f"{p.successes}/{p.trials}",
+            f"{p.rate:.1%}",
+            f"{p.low:.1%} – {p.high:.1%}",
+            *paired,
+        )
     if any(p.p is not None for p in done.points):
-        table.caption = ("−/+: trials lost and gained against the scenario's own value; "
-                         "p: two-sided exact McNemar test")
+        table.caption = (
+            "−/+: trials lost and gained against the scenario's own value; p: two-sided exact McNemar test"
+        )
     return table

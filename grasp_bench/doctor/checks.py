@@ -49,8 +49,9 @@ def show(title: str, checks: list[Check], console: Console) -> None:
     from rich.text import Text
 
     styles = {State.OK: "green", State.NOTE: "yellow", State.BAD: "bold red"}
-    table = Table(title=title, title_justify="left", title_style="bold", show_header=False, box=None,
-                  padding=(0, 2))
+    table = Table(
+        title=title, title_justify="left", title_style="bold", show_header=False, box=None, padding=(0, 2)
+    )
     for check in checks:
         table.add_row(Text(str(check.state), style=styles[check.state]), Text(check.name), Text(check.detail))
     console.print(table)

@@ -76,6 +76,7 @@ class Row:
 
 # ---------------------------------------------------------------- images
 
+
 def samples() -> list[Sample]:
     """The images: a rendered scene, and what a camera may deliver on a bad day."""
     return [rendered_scene(), *plain_samples()]
@@ -114,13 +115,14 @@ def rendered_scene() -> Sample:
     return Sample("rendered scene", image, mask)
 
 
-def _plain(name: str, rng: np.random.Generator, height: int, width: int, holes: float = 0.0,
-           box: bool = False) -> Sample:
+def _plain(
+    name: str, rng: np.random.Generator, height: int, width: int, holes: float = 0.0, box: bool = False
+) -> Sample:
     depth = rng.normal(TABLE_DEPTH, 5e-4, (height, width)).astype(np.float32)
     rgb = rng.integers(140, 150, (height, width, 3), dtype=np.uint8)
     mask = np.zeros((height, width), bool)
     if box:
-        mask[int(height * 0.4):int(height * 0.6), int(width * 0.45):int(width * 0.55)] = True
+        mask[int(height * 0.4) : int(height * 0.6), int(width * 0.45) : int(width * 0.55)] = True
         depth[mask] -= 0.04
         rgb[mask] = (180, 60, 40)
     depth[rng.random((height, width)) < holes] = 0
@@ -129,16 +131,20 @@ def _plain(name: str, rng: np.random.Generator, height: int, width: int, holes: 
 
 # ---------------------------------------------------------------- checks
 
-def check(predictor: Predictor, images: list[Sample],
-          clock: Callable[[], float] = time.perf_counter) -> list[Row]:
+
+def check(
+    predictor: Predictor, images: list[Sample], clock: Callable[[], float] = time.perf_counter
+) -> list[Row]:
     """Show every image to the predictor twice, with the same random stream.
 
     Raises:
         PredictorError: for a control that needs the simulator's truth.
     """
     if isinstance(predictor, PrivilegedPredictor):
-        raise PredictorError(f"{type(predictor).__name__} is a control that needs the simulator's truth; "
-                             "only predictors that see an image alone can be checked.")
+        raise PredictorError(
+            f"{type(predictor).__name__} is a control that needs the simulator's truth; "
+            "only predictors that see an image alone can be checked."
+        )
     return [_check(predictor, sample, clock) for sample in images]
 
 
@@ -175,8 +181,10 @@ def _check(predictor: Predictor, sample: Sample, clock: Callable[[], float]) -> 
         return row
     row.grasps = len(grasps)
     if grasps != again:
-        fail("answers differently to the same image; take random numbers from begin(rng), and make the "
-             "network deterministic")
+        fail(
+            "answers differently to the same image; take random numbers from begin(rng), and make the "
+            "network deterministic"
+        )
     if row.seconds > TOO_SLOW:
         fail(f"takes {row.seconds:.1f} s for an image; a remote predictor has 30 s with its turn waited for")
     elif row.seconds > SLOW:
@@ -202,8 +210,9 @@ def _frames(raw: list[Grasp], sample: Sample) -> list[tuple[str, str]]:
     if any(float(a.quality) < float(b.quality) for a, b in pairwise(raw)):
         found.append(("remark", "qualities do not descend; the first grasp is taken as the best"))
     if max(float(g.width) for g in raw) < 2:
-        found.append(("remark", "all openings are narrower than 2 px: are they metres, or fractions of the "
-                                "image?"))
+        found.append(
+            ("remark", "all openings are narrower than 2 px: are they metres, or fractions of the image?")
+        )
     if sample.mask is not None:
         found += _on_object(raw[0], sample.mask)
     return found
@@ -222,8 +231,12 @@ def _on_object(best: Grasp, mask: Mask) -> list[tuple[str, str]]:
     if off > math.radians(60):
         if angle_difference(-best.angle, across) < math.radians(25):
             return [("remark", "the angle seems to run clockwise; it is counter-clockwise as seen")]
-        return [("remark", "the jaws seem to close along the object: the angle is the direction in which "
-                           "they open")]
+        return [
+            (
+                "remark",
+                "the jaws seem to close along the object: the angle is the direction in which they open",
+            )
+        ]
     return []
 
 

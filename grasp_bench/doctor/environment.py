@@ -46,8 +46,9 @@ def installed_versions(names: tuple[str, ...] | list[str]) -> dict[str, str | No
 
 
 def _python() -> Check:
-    return Check("Python", State.OK, f"{platform.python_version()} on {platform.system()} "
-                                     f"{platform.machine()}")
+    return Check(
+        "Python", State.OK, f"{platform.python_version()} on {platform.system()} {platform.machine()}"
+    )
 
 
 def _machine() -> Check:
@@ -75,8 +76,14 @@ def _versions() -> list[Check]:
         elif wanted is None or _public(found) == _public(wanted):
             same.append(f"{name} {found}")
         else:
-            checks.append(Check(name, State.NOTE, f"{found}, tested with {wanted}: rates remain valid, but "
-                                                  "records need not be byte-identical to published ones"))
+            checks.append(
+                Check(
+                    name,
+                    State.NOTE,
+                    f"{found}, tested with {wanted}: rates remain valid, but "
+                    "records need not be byte-identical to published ones",
+                )
+            )
     return [Check("Tested stack", State.OK, ", ".join(same)), *checks]
 
 
@@ -89,8 +96,11 @@ def _graphics() -> Check:
     from grasp_bench.system.graphics import VARIABLE, available
 
     libraries = available()
-    detail = f"raycast (what auto means), {', '.join(libraries)}" if libraries else \
-        "raycast (what auto means); no off-screen OpenGL, so no pictures, films or --renderer egl/osmesa"
+    detail = (
+        f"raycast (what auto means), {', '.join(libraries)}"
+        if libraries
+        else "raycast (what auto means); no off-screen OpenGL, so no pictures, films or --renderer egl/osmesa"
+    )
     if chosen := os.environ.get(VARIABLE, ""):
         detail += f"; {VARIABLE}={chosen}"
     return Check("Renderers", State.OK if libraries else State.NOTE, detail)
@@ -104,11 +114,17 @@ def _cache() -> Check:
         folder.mkdir(parents=True, exist_ok=True)
         files = [f.stat().st_size for f in folder.iterdir() if f.is_file()]
     except OSError as error:
-        return Check("Model cache", State.NOTE, f"{folder} cannot be used ({error.strerror}): every trial "
-                                                "compiles its scene anew, which is slow")
+        return Check(
+            "Model cache",
+            State.NOTE,
+            f"{folder} cannot be used ({error.strerror}): every trial compiles its scene anew, which is slow",
+        )
     if not os.access(folder, os.W_OK):
-        return Check("Model cache", State.NOTE, f"{folder} is read-only: scenes that are not in it are "
-                                                "compiled anew each time")
+        return Check(
+            "Model cache",
+            State.NOTE,
+            f"{folder} is read-only: scenes that are not in it are compiled anew each time",
+        )
     return Check("Model cache", State.OK, f"{folder}, {len(files)} models, {sum(files) / 1e6:.0f} MB")
 
 

@@ -24,10 +24,10 @@ MEANINGS = {
     "objects": "other shapes or masses: the trials are not the same",
     "weights": "another network: the rate may be another",
     "versions": "MuJoCo and its kin promise the same bits only for the same version: single trials may end "
-                "otherwise, a rate over many hardly changes",
+    "otherwise, a rate over many hardly changes",
     "renderer": "other pixels, so that a network's grasps differ slightly",
     "cpu": "a network's last digits depend on the processor's instructions, and a grasp that is chosen by a "
-           "hair may be another",
+    "hair may be another",
     "platform": "compilers and mathematical libraries differ: single trials may end otherwise",
     "python": "no known effect on results",
     "git": "other code of grasp-bench",
@@ -67,10 +67,17 @@ def rerun(folder: Path, trials: int, executor: Executor, objects: Path | None = 
     for name in names:
         if name not in catalog.entries:
             where = UnknownNameError("object", name, catalog.names)
-            raise ResultsError(f"{folder} is a run on objects that {catalog.folder} does not hold; name "
-                               f"their folder with --objects. {where}")
-    settings = Settings(parse_scenario(run["scenario"], str(folder / RUN)), catalog.folder.resolve(),
-                        run["predictor"], run["seed"], run["renderer"])
+            raise ResultsError(
+                f"{folder} is a run on objects that {catalog.folder} does not hold; name "
+                f"their folder with --objects. {where}"
+            )
+    settings = Settings(
+        parse_scenario(run["scenario"], str(folder / RUN)),
+        catalog.folder.resolve(),
+        run["predictor"],
+        run["seed"],
+        run["renderer"],
+    )
     jobs = spread(names, run["trials"])
     before = _chosen(folder, jobs, trials)
     here = describe(settings, jobs, catalog)
@@ -80,8 +87,11 @@ def rerun(folder: Path, trials: int, executor: Executor, objects: Path | None = 
         for record, _ in ended:
             after[record["trial"]] = record
     apart = [(before[t], after[t]) for t in before if dump(before[t]) != dump(after[t])]
-    return Rerun([*checks, _verdict(apart, len(before), bool([c for c in checks if c.state is State.NOTE]))],
-                 len(before) - len(apart), len(before))
+    return Rerun(
+        [*checks, _verdict(apart, len(before), bool([c for c in checks if c.state is State.NOTE]))],
+        len(before) - len(apart),
+        len(before),
+    )
 
 
 def _chosen(folder: Path, jobs: Jobs, count: int) -> dict[int, dict[str, Any]]:
@@ -91,15 +101,17 @@ def _chosen(folder: Path, jobs: Jobs, count: int) -> dict[int, dict[str, Any]]:
         raise ResultsError(f"{folder} holds no trial that could be repeated.")
     numbers.sort()
     step = max(1, len(numbers) // count)
-    wanted = set(numbers[step // 2::step][:count])
+    wanted = set(numbers[step // 2 :: step][:count])
     chosen = {}
     for line in scan(folder / TRIALS):
         record = line.record
         if record["trial"] in wanted:
             job: Job | None = jobs.job(record["trial"]) if record["trial"] < jobs.total else None
             if job is None or job.object != record["object"]:
-                raise ResultsError(f"{folder} holds trial {record['trial']} on {record['object']}, which is "
-                                   f"none of its {RUN}'s; its files were mixed up.")
+                raise ResultsError(
+                    f"{folder} holds trial {record['trial']} on {record['object']}, which is "
+                    f"none of its {RUN}'s; its files were mixed up."
+                )
             chosen[record["trial"]] = record
     return dict(sorted(chosen.items()))
 
@@ -110,8 +122,9 @@ def _repeatable(record: dict[str, Any]) -> bool:
 
 def _stack(run: dict[str, Any], here: dict[str, Any]) -> list[Check]:
     """What differs between then and now, and what that means."""
-    found = differences(run, here, ("scenario", "objects", "weights", "versions", "renderer", *ORIGIN),
-                        ("then", "now"))
+    found = differences(
+        run, here, ("scenario", "objects", "weights", "versions", "renderer", *ORIGIN), ("then", "now")
+    )
     if not found:
         return [Check("Stack", State.OK, "objects, weights, versions, renderer and processor are the run's")]
     return [Check(key.capitalize(), State.NOTE, f"{words}: {MEANINGS[key]}") for key, words in found.items()]
@@ -123,11 +136,17 @@ def _verdict(apart: list[tuple[dict[str, Any], dict[str, Any]]], tried: int, exp
     shown = "; ".join(f"trial {b['trial']} ({b['object']}): {_apart(b, a)}" for b, a in apart[:5])
     more = f"; and {len(apart) - 5} more" if len(apart) > 5 else ""
     ends = sum(b["outcome"] != a["outcome"] for b, a in apart)
-    cause = ("the differences above can explain it" if explained else
-             "nothing explains it: the files were edited, the predictor draws numbers of its own, or one of "
-             "the machines computes wrongly")
-    return Check("Trials", State.BAD, f"{len(apart)} of {tried} differ, {ends} in their outcome; {cause}. "
-                                      f"{shown}{more}")
+    cause = (
+        "the differences above can explain it"
+        if explained
+        else "nothing explains it: the files were edited, the predictor draws numbers of its own, or one of "
+        "the machines computes wrongly"
+    )
+    return Check(
+        "Trials",
+        State.BAD,
+        f"{len(apart)} of {tried} differ, {ends} in their outcome; {cause}. {shown}{more}",
+    )
 
 
 def _apart(before: dict[str, Any], after: dict[str, Any]) -> str:

@@ -12,8 +12,9 @@ __all__ = ["EXECUTORS", "Answer", "Executor", "Fault", "Here", "make_executor"]
 EXECUTORS = ("process", "ray")
 
 
-def make_executor(name: str, workers: int, *, memory_limit: int | None = None,
-                  ray_address: str | None = None) -> Executor:
+def make_executor(
+    name: str, workers: int, *, memory_limit: int | None = None, ray_address: str | None = None
+) -> Executor:
     """An executor by name.
 
     Args:

@@ -38,8 +38,9 @@ class MemoryGuard:
         self._thread.start()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self._stop.set()
         self._thread.join()
 
@@ -53,8 +54,10 @@ class MemoryGuard:
             for child, family in _families(me).items():
                 used = sum(map(_resident, family))
                 if used > self.limit:
-                    self.last = (f"the worker took {used / 2**30:.1f} GiB of memory, more than the "
-                                 f"{self.limit / 2**30:.1f} GiB allowed")
+                    self.last = (
+                        f"the worker took {used / 2**30:.1f} GiB of memory, more than the "
+                        f"{self.limit / 2**30:.1f} GiB allowed"
+                    )
                     self._ended[child] = self.last
                     for process in family:
                         _kill(process)

@@ -63,8 +63,9 @@ class WorkerPool:
         self._start()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self._stop()
         self._stack.close()
 
@@ -140,8 +141,10 @@ class WorkerPool:
         self._stalls += 1
         if self._stalls > TRIES:
             last = f" ({self._guard.last})" if self._guard.last else ""
-            raise GraspBenchError(f"Workers do not work here: {why}, {self._stalls} times in a row{last}. "
-                                  "See what they print, or try --workers 1.")
+            raise GraspBenchError(
+                f"Workers do not work here: {why}, {self._stalls} times in a row{last}. "
+                "See what they print, or try --workers 1."
+            )
         jobs = sorted(self._waiting.values(), key=lambda j: j.trial)
         self._waiting.clear()
         self._stop()
@@ -153,8 +156,13 @@ class WorkerPool:
     def _start(self) -> None:
         from pebble import ProcessPool
 
-        self._pool = ProcessPool(max_workers=self._workers, max_tasks=self._recycle, initializer=self._begin,
-                                 initargs=(self._settings,), context=SpawnContext())
+        self._pool = ProcessPool(
+            max_workers=self._workers,
+            max_tasks=self._recycle,
+            initializer=self._begin,
+            initargs=(self._settings,),
+            context=SpawnContext(),
+        )
 
     def _stop(self) -> None:
         if self._pool is not None:
@@ -211,4 +219,3 @@ def _set_environment(values: dict[str, str | None]) -> None:
             os.environ.pop(name, None)
         else:
             os.environ[name] = value
-

@@ -102,15 +102,18 @@ class RayCluster:
         quiet: dict[str, Any] = {"log_to_driver": False, "logging_level": "ERROR"}
         try:
             if self.address is None:
-                self._ray.init(address="local", num_cpus=self.workers or None, include_dashboard=False,
-                               **quiet)
+                self._ray.init(
+                    address="local", num_cpus=self.workers or None, include_dashboard=False, **quiet
+                )
             else:
                 self._ray.init(address=self.address, **quiet)
         except (ConnectionError, RuntimeError, ValueError, TimeoutError) as error:
             where = "on this machine" if self.address is None else f"at {self.address}"
-            raise GraspBenchError(f"Ray cannot be reached {where} ({str(error).splitlines()[0]}). Start it "
-                                  "with `ray start --head`, and give --ray-address auto or "
-                                  "HOST:PORT.") from error
+            raise GraspBenchError(
+                f"Ray cannot be reached {where} ({str(error).splitlines()[0]}). Start it "
+                "with `ray start --head`, and give --ray-address auto or "
+                "HOST:PORT."
+            ) from error
 
     def _window(self) -> int:
         """Trials to have under way: one for each core of the cluster as it is now, and one ready."""
@@ -123,8 +126,11 @@ class RayCluster:
         try:
             answer = self._ray.get(reference)
         except RayError as error:
-            return Fault(job, Outcome.ERROR, f"no node finished the trial in {RETRIES + 1} tries "
-                                             f"({type(error).__name__})")
+            return Fault(
+                job,
+                Outcome.ERROR,
+                f"no node finished the trial in {RETRIES + 1} tries ({type(error).__name__})",
+            )
         if isinstance(answer, _Refusal):
             raise GraspBenchError(answer.why)
         return answer
@@ -136,8 +142,10 @@ def _import_ray() -> Any:
     try:
         import ray
     except ImportError as error:
-        raise GraspBenchError("--executor ray needs Ray, which is not installed here; install it with "
-                              "`pip install 'grasp-bench[ray]'`.") from error
+        raise GraspBenchError(
+            "--executor ray needs Ray, which is not installed here; install it with "
+            "`pip install 'grasp-bench[ray]'`."
+        ) from error
     return ray
 
 

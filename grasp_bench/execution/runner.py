@@ -27,8 +27,17 @@ if TYPE_CHECKING:
 
 __all__ = ["PINNED", "Job", "Jobs", "RunSummary", "Settings", "Shard", "describe", "run", "spread"]
 
-PINNED = ("grasp-bench", "mujoco", "dm-control", "mink", "numpy", "scipy", "torch", "opencv-python-headless",
-          "trimesh")
+PINNED = (
+    "grasp-bench",
+    "mujoco",
+    "dm-control",
+    "mink",
+    "numpy",
+    "scipy",
+    "torch",
+    "opencv-python-headless",
+    "trimesh",
+)
 """Distributions whose versions can change a result."""
 
 
@@ -56,8 +65,9 @@ def objects_of(settings: Settings, jobs: Jobs, catalog: Catalog) -> list[str]:
     return jobs.used
 
 
-def describe(settings: Settings, jobs: Jobs, catalog: Catalog,
-             implementation: dict[str, Any] | None = None) -> dict[str, Any]:
+def describe(
+    settings: Settings, jobs: Jobs, catalog: Catalog, implementation: dict[str, Any] | None = None
+) -> dict[str, Any]:
     """The content of ``run.json``; ``implementation`` is what :func:`identify` says of the predictor."""
     entry = BUILT_IN.get(settings.predictor)
     weights = None
@@ -87,16 +97,28 @@ def describe(settings: Settings, jobs: Jobs, catalog: Catalog,
 def _git_revision() -> str | None:
     folder = Path(__file__).parent
     try:
-        head = subprocess.run(["git", "describe", "--always", "--dirty", "--abbrev=12"], cwd=folder,
-                              text=True, capture_output=True, timeout=10, check=True).stdout.strip()
+        head = subprocess.run(
+            ["git", "describe", "--always", "--dirty", "--abbrev=12"],
+            cwd=folder,
+            text=True,
+            capture_output=True,
+            timeout=10,
+            check=True,
+        ).stdout.strip()
     except (OSError, subprocess.SubprocessError):
         return None
     return head or None
 
 
-def run(settings: Settings, jobs: Jobs, out: Path, workers: int,
-        progress: Callable[[dict[str, Any], bool], None] = lambda record, resumed: None,
-        predictor: Predictor | None = None, executor: Executor | None = None) -> RunSummary:
+def run(
+    settings: Settings,
+    jobs: Jobs,
+    out: Path,
+    workers: int,
+    progress: Callable[[dict[str, Any], bool], None] = lambda record, resumed: None,
+    predictor: Predictor | None = None,
+    executor: Executor | None = None,
+) -> RunSummary:
     """Do all ``jobs`` that ``out`` does not hold yet.
 
     Args:
@@ -122,16 +144,19 @@ def run(settings: Settings, jobs: Jobs, out: Path, workers: int,
     def found(record: dict[str, Any]) -> None:
         trial = record["trial"]
         if not jobs.holds(trial) or jobs.job(trial).object != record["object"]:
-            raise ResultsError(f"{out} holds trial {trial} on {record['object']}, which is none of this run; "
-                               "its files were mixed up. Restore them, or choose another --out.")
+            raise ResultsError(
+                f"{out} holds trial {trial} on {record['object']}, which is none of this run; "
+                "its files were mixed up. Restore them, or choose another --out."
+            )
         progress(record, True)
 
     with RunFolder(out) as folder:
         done = folder.start(describe(settings, jobs, catalog, implementation), found)
         todo = len(jobs) - len(done)
         if todo:
-            chosen = executor or (make_executor("process", min(workers, todo)) if predictor is None
-                                  else Here(predictor))
+            chosen = executor or (
+                make_executor("process", min(workers, todo)) if predictor is None else Here(predictor)
+            )
             left = (j for j in jobs if j.trial not in done)
             with closing(carry_out(settings, left, catalog, chosen)) as ended:
                 for record, timings in ended:
@@ -141,8 +166,9 @@ def run(settings: Settings, jobs: Jobs, out: Path, workers: int,
         return RunSummary(out, len(done), todo, folder.repaired)
 
 
-def carry_out(settings: Settings, jobs: Iterable[Job], catalog: Catalog, executor: Executor,
-              ) -> Generator[tuple[dict[str, Any], dict[str, Any]], None, None]:
+def carry_out(
+    settings: Settings, jobs: Iterable[Job], catalog: Catalog, executor: Executor
+) -> Generator[tuple[dict[str, Any], dict[str, Any]], None, None]:
     """Records and timings of ``jobs``, as they end; faults become records of their kind."""
     with closing(executor.run(settings, jobs)) as answers:
         for answer in answers:

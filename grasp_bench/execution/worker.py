@@ -50,9 +50,12 @@ def load(settings: Settings) -> None:
 
     cv2.setNumThreads(1)
     _worker.clear()
-    _worker.update(settings=settings, catalog=Catalog(settings.objects),
-                   cell=Workcell(settings.scenario, settings.renderer),
-                   predictor=load_predictor(settings.predictor))
+    _worker.update(
+        settings=settings,
+        catalog=Catalog(settings.objects),
+        cell=Workcell(settings.scenario, settings.renderer),
+        predictor=load_predictor(settings.predictor),
+    )
 
 
 def do(job: Job) -> Answer:
@@ -76,13 +79,28 @@ def attempt(job: Job, settings: Settings, catalog: Catalog, cell: Workcell, pred
         if settings.scenario.clutter is not None:
             from grasp_bench.trials.episode import run_episode
 
-            episode = run_episode(cell, catalog, predictor, job.object, trial=job.trial, attempt=job.attempt,
-                                  seed=settings.seed, watch=partial(recorders_for, settings))
+            episode = run_episode(
+                cell,
+                catalog,
+                predictor,
+                job.object,
+                trial=job.trial,
+                attempt=job.attempt,
+                seed=settings.seed,
+                watch=partial(recorders_for, settings),
+            )
             return Answer(job, episode.record, {"trial": job.trial} | episode.clock.rounded())
         model = catalog.load(job.object)
         recorder = recorders_for(settings)
-        done = run_trial(cell, model, predictor, trial=job.trial, attempt=job.attempt, seed=settings.seed,
-                         observer=recorder)
+        done = run_trial(
+            cell,
+            model,
+            predictor,
+            trial=job.trial,
+            attempt=job.attempt,
+            seed=settings.seed,
+            observer=recorder,
+        )
         record, seconds = done.record, done.clock.seconds
     except Exception as error:  # whatever goes wrong belongs to this trial alone
         detail = f"{type(error).__name__}: {error}"

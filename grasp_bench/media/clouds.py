@@ -9,8 +9,9 @@ from grasp_bench.camera import CameraPose, RgbdImage
 from grasp_bench.scenario.sections import Table
 
 
-def point_cloud(image: RgbdImage, pose: CameraPose, step: int = 2,
-                ) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
+def point_cloud(
+    image: RgbdImage, pose: CameraPose, step: int = 2
+) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
     """World points (N, 3) [m] and colours (N, 3) of every ``step``-th valid pixel of every such row.
 
     Args:

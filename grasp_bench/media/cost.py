@@ -17,11 +17,14 @@ def describe_cost(run: Path) -> str:
     clips = sum(f.stem.endswith("-clip") for f in files)
     size = sum(f.stat().st_size for f in files) / 1e6
     tries = "attempts" if any("-" in f.stem.removesuffix("-clip") for f in files) else "trials"
-    text = (f"Media: pictures of {len(files) - clips} {tries} and {clips} clips, {size:.1f} MB in "
-            f"{run / FOLDER}")
+    text = (
+        f"Media: pictures of {len(files) - clips} {tries} and {clips} clips, {size:.1f} MB in {run / FOLDER}"
+    )
     if timings:
-        text += (f"; {spent / len(timings):.2f} s a trial, {spent / total:.0%} of its time "
-                 f"(mean of {len(timings)} trials).")
+        text += (
+            f"; {spent / len(timings):.2f} s a trial, {spent / total:.0%} of its time "
+            f"(mean of {len(timings)} trials)."
+        )
     failed = faults(run)
     if failed:
         number, why = next(iter(failed.items()))

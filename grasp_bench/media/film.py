@@ -40,8 +40,9 @@ class View:
     def pose(self) -> CameraPose:
         """The same as a camera's pose."""
         azimuth, elevation = np.radians([self.azimuth, self.elevation])
-        ahead = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth),
-                          np.sin(elevation)])
+        ahead = np.array(
+            [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
+        )
         return CameraPose.look_at(np.array(self.lookat) - self.distance * ahead, self.lookat, (0, 0, 1))
 
 
@@ -63,8 +64,14 @@ class Filmer:
             :func:`grasp_bench.system.graphics.with_gl`.
     """
 
-    def __init__(self, model: mujoco.MjModel, scenario: Scenario, size: tuple[int, int],
-                 view: View | None = None, opengl: bool = False) -> None:
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        scenario: Scenario,
+        size: tuple[int, int],
+        view: View | None = None,
+        opengl: bool = False,
+    ) -> None:
         self._model, self._data = model, mujoco.MjData(model)
         self._view = view or side_view(scenario)
         self._size = size
@@ -77,8 +84,9 @@ class Filmer:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         if self._gl is not None:
             self._gl.close()
 
@@ -121,8 +129,9 @@ class Filmer:
 
 
 @cache
-def _empty_scene(scenario: str, size: tuple[int, int], view: View,
-                 ) -> tuple[tuple[Intrinsics, NDArray[np.float64]], Rgb]:
+def _empty_scene(
+    scenario: str, size: tuple[int, int], view: View
+) -> tuple[tuple[Intrinsics, NDArray[np.float64]], Rgb]:
     """Rays of the view, and its picture of the table without robot and object."""
     settings = Scenario.model_validate_json(scenario)
     width, height = size
@@ -141,8 +150,9 @@ def with_sky(picture: Picture) -> Rgb:
     return np.where(picture.geom[..., None] >= 0, picture.rgb, SKY)
 
 
-def _covered(model: mujoco.MjModel, data: mujoco.MjData, intrinsics: Intrinsics,
-             pose: CameraPose) -> NDArray[np.bool_]:
+def _covered(
+    model: mujoco.MjModel, data: mujoco.MjData, intrinsics: Intrinsics, pose: CameraPose
+) -> NDArray[np.bool_]:
     """(H, W) pixels that the bounding boxes of robot and objects may cover."""
     ours = model.geom_bodyid > 0
     shown = np.nonzero(ours & (SHOWN_GROUPS[model.geom_group] > 0))[0]

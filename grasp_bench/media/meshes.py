@@ -36,8 +36,9 @@ def shown_meshes(model: mujoco.MjModel) -> list[ShownMesh]:
     colors = geom_colors(model)
     found = []
     for geom in range(model.ngeom):
-        if not SHOWN_GROUPS[model.geom_group[geom]] or (model.geom_matid[geom] < 0
-                                                        and model.geom_rgba[geom, 3] == 0):
+        if not SHOWN_GROUPS[model.geom_group[geom]] or (
+            model.geom_matid[geom] < 0 and model.geom_rgba[geom, 3] == 0
+        ):
             continue
         surface = _surface(model, geom)
         if surface is None:
@@ -47,8 +48,14 @@ def shown_meshes(model: mujoco.MjModel) -> list[ShownMesh]:
         mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])
         placed = vertices @ rotation.reshape(3, 3).T + model.geom_pos[geom]
         red, green, blue = np.round(255 * np.clip(colors[geom], 0, 1)).astype(int).tolist()
-        found.append(ShownMesh(int(model.geom_bodyid[geom]), placed.astype(np.float32),
-                               np.asarray(faces, np.int32), (red, green, blue)))
+        found.append(
+            ShownMesh(
+                int(model.geom_bodyid[geom]),
+                placed.astype(np.float32),
+                np.asarray(faces, np.int32),
+                (red, green, blue),
+            )
+        )
     return found
 
 
@@ -62,7 +69,9 @@ def _surface(model: mujoco.MjModel, geom: int) -> tuple[NDArray[np.float64], NDA
         mesh = model.geom_dataid[geom]
         first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
         face, faces = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
-        return model.mesh_vert[first:first + count].astype(float), model.mesh_face[face:face + faces].copy()
+        return model.mesh_vert[first : first + count].astype(float), model.mesh_face[
+            face : face + faces
+        ].copy()
     if kind == types.mjGEOM_PLANE:
         x, y = (s or PLANE_SIZE for s in size[:2])
         corners = np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]], float)

@@ -51,8 +51,12 @@ class Crop:
 
     def place(self, grasp: Grasp) -> Grasp:
         """A grasp of the image in pixels of the shown crop."""
-        return replace(grasp, x=(grasp.x - self.x) * self.scale, y=(grasp.y - self.y) * self.scale,
-                       width=grasp.width * self.scale)
+        return replace(
+            grasp,
+            x=(grasp.x - self.x) * self.scale,
+            y=(grasp.y - self.y) * self.scale,
+            width=grasp.width * self.scale,
+        )
 
 
 def crop_for(image: RgbdImage, grasps: list[Grasp]) -> Crop:
@@ -64,8 +68,7 @@ def crop_for(image: RgbdImage, grasps: list[Grasp]) -> Crop:
     return Crop((width - side) // 2, (height - side) // 2, side)
 
 
-def draw_grasp(picture: Rgb, grasp: Grasp, thick: bool = True,
-               color: tuple[int, int, int] = GREEN) -> None:
+def draw_grasp(picture: Rgb, grasp: Grasp, thick: bool = True, color: tuple[int, int, int] = GREEN) -> None:
     """Draw a grasp's rectangle into ``picture``, the fingers in red when ``thick``."""
     corners = np.round((grasp.rectangle(min(grasp.width / 2, 24.0)) - 0.5) * 8).astype(np.int32)
     cv2.polylines(picture, [corners], True, color, 1, cv2.LINE_AA, 3)
@@ -93,8 +96,14 @@ def depth(image: RgbdImage, crop: Crop, grasp: Grasp | None) -> Rgb:
     return picture
 
 
-def proposed(image: RgbdImage, crop: Crop, grasps: list[Grasp], chosen: Grasp | None,
-             maps: GraspMaps | None, origin: tuple[int, int] = (0, 0)) -> Rgb:
+def proposed(
+    image: RgbdImage,
+    crop: Crop,
+    grasps: list[Grasp],
+    chosen: Grasp | None,
+    maps: GraspMaps | None,
+    origin: tuple[int, int] = (0, 0),
+) -> Rgb:
     """Where a grasp was wanted: the network's quality over the picture, and all proposals.
 
     Args:
@@ -114,7 +123,7 @@ def proposed(image: RgbdImage, crop: Crop, grasps: list[Grasp], chosen: Grasp | 
         x, y = origin
         top, bottom = max(y, 0), min(y + height, rows)
         left, right = max(x, 0), min(x + width, columns)
-        whole[top:bottom, left:right] = maps.quality[top - y:bottom - y, left - x:right - x]
+        whole[top:bottom, left:right] = maps.quality[top - y : bottom - y, left - x : right - x]
         quality = np.clip(crop.cut(whole), 0, 1)
         heat = cv2.applyColorMap(np.round(255 * quality).astype(np.uint8), cv2.COLORMAP_INFERNO)[..., ::-1]
         picture = (0.35 * picture + 0.65 * np.asarray(heat)).astype(np.uint8)

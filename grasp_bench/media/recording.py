@@ -56,5 +56,9 @@ class Recording:
 
 def moment(world: World, touches: bool = False) -> Moment:
     """The state of ``world`` now."""
-    return Moment(float(world.data.time), world.data.qpos.copy(), world.data.qvel.copy(),
-                  world.touch() if touches else None)
+    return Moment(
+        float(world.data.time),
+        world.data.qpos.copy(),
+        world.data.qvel.copy(),
+        world.touch() if touches else None,
+    )

@@ -121,11 +121,15 @@ def merge(parts: Sequence[Path], out: Path) -> None:
     Raises:
         GraspBenchError: when Rerun cannot do it.
     """
-    done = subprocess.run([sys.executable, "-m", "rerun", "rrd", "merge", "-o", str(out), *map(str, parts)],
-                          capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-m", "rerun", "rrd", "merge", "-o", str(out), *map(str, parts)],
+        capture_output=True,
+        text=True,
+    )
     if done.returncode != 0:
-        raise GraspBenchError(f"{out} could not be joined from its {len(parts)} parts: "
-                              f"{done.stderr.strip()[-300:]}")
+        raise GraspBenchError(
+            f"{out} could not be joined from its {len(parts)} parts: {done.stderr.strip()[-300:]}"
+        )
 
 
 def log_take(stream: Any, take: Take, scenario: Scenario) -> None:
@@ -159,8 +163,12 @@ def _log_image(rr: Any, stream: Any, root: str, take: Take, scenario: Scenario) 
     camera = f"{root}/world/camera"
     stream.log(f"{root}/world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
     stream.log(camera, rr.Transform3D(translation=pose.position, mat3x3=pose.rotation))
-    stream.log(camera, rr.Pinhole(image_from_camera=k.matrix, resolution=[k.width, k.height],
-                                  camera_xyz=rr.ViewCoordinates.RDF))
+    stream.log(
+        camera,
+        rr.Pinhole(
+            image_from_camera=k.matrix, resolution=[k.width, k.height], camera_xyz=rr.ViewCoordinates.RDF
+        ),
+    )
     stream.log(f"{camera}/rgb", rr.Image(image.rgb).compress(85))
     stream.log(f"{camera}/depth", rr.DepthImage(np.round(1000 * image.depth).astype(np.uint16), meter=1000.0))
     points, colors = point_cloud(image, pose, step=3)
@@ -168,19 +176,29 @@ def _log_image(rr: Any, stream: Any, root: str, take: Take, scenario: Scenario) 
     if done.grasps:
         strips = [np.vstack([g.rectangle(), g.rectangle()[:1]]) for g in done.grasps]
         chosen = [g == done.record.grasp for g in done.grasps]
-        stream.log(f"{camera}/rgb/grasps", rr.LineStrips2D(
-            strips, colors=[(40, 220, 60) if c else (170, 170, 170) for c in chosen],
-            labels=[f"quality {g.quality:.2f}" for g in done.grasps], show_labels=False))
+        stream.log(
+            f"{camera}/rgb/grasps",
+            rr.LineStrips2D(
+                strips,
+                colors=[(40, 220, 60) if c else (170, 170, 170) for c in chosen],
+                labels=[f"quality {g.quality:.2f}" for g in done.grasps],
+                show_labels=False,
+            ),
+        )
     if (maps := take.maps) is not None:
         for name, values in (("quality", maps.quality), ("angle", maps.angle), ("width", maps.width)):
             stream.log(f"{root}/maps/{name}", rr.DepthImage(values, colormap="inferno"))
     if done.plan is not None:
         grasp = done.plan.pose
         half = grasp.opening / 2 * grasp.rotation[:, 0]
-        stream.log(f"{root}/world/grasp", rr.Arrows3D(
-            origins=[grasp.position - 0.08 * grasp.rotation[:, 2], grasp.position, grasp.position],
-            vectors=[0.08 * grasp.rotation[:, 2], half, -half],
-            colors=[(40, 90, 240), (240, 40, 50), (240, 40, 50)]))
+        stream.log(
+            f"{root}/world/grasp",
+            rr.Arrows3D(
+                origins=[grasp.position - 0.08 * grasp.rotation[:, 2], grasp.position, grasp.position],
+                vectors=[0.08 * grasp.rotation[:, 2], half, -half],
+                colors=[(40, 90, 240), (240, 40, 50), (240, 40, 50)],
+            ),
+        )
 
 
 def _log_motion(rr: Any, stream: Any, root: str, take: Take) -> None:
@@ -188,9 +206,13 @@ def _log_motion(rr: Any, stream: Any, root: str, take: Take) -> None:
     model = take.done.world.model
     stage = Stage(model)
     for number, mesh in enumerate(stage.meshes):
-        stream.log(f"{root}/world/bodies/{mesh.body}/{number}", rr.Mesh3D(
-            vertex_positions=mesh.vertices, triangle_indices=mesh.faces,
-            albedo_factor=(*mesh.color, 255)), static=True)
+        stream.log(
+            f"{root}/world/bodies/{mesh.body}/{number}",
+            rr.Mesh3D(
+                vertex_positions=mesh.vertices, triangle_indices=mesh.faces, albedo_factor=(*mesh.color, 255)
+            ),
+            static=True,
+        )
     arm = [model.joint(ARM_PREFIX + name) for name in JOINT_NAMES]
     q = [int(j.qposadr[0]) for j in arm]
     v = [int(j.dofadr[0]) for j in arm]
@@ -199,8 +221,12 @@ def _log_motion(rr: Any, stream: Any, root: str, take: Take) -> None:
         stream.set_time("sim", duration=m.time - take.start)
         for body, (position, quaternion) in stage.poses(m.qpos).items():
             if body != 0:  # the world itself
-                stream.log(f"{root}/world/bodies/{body}", rr.Transform3D(
-                    translation=position, quaternion=rr.Quaternion(xyzw=np.roll(quaternion, -1))))
+                stream.log(
+                    f"{root}/world/bodies/{body}",
+                    rr.Transform3D(
+                        translation=position, quaternion=rr.Quaternion(xyzw=np.roll(quaternion, -1))
+                    ),
+                )
         stream.log(f"{root}/joints/position", rr.Scalars(m.qpos[q]))
         stream.log(f"{root}/joints/velocity", rr.Scalars(m.qvel[v]))
         stream.log(f"{root}/gripper/opening", rr.Scalars([float(m.qpos[fingers].sum())]))

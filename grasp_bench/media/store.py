@@ -128,8 +128,9 @@ def faults(run: Path) -> dict[int, str]:
 def note_fault(run: Path, trial: int, error: Exception, attempt: int | None = None) -> None:
     """Write down why something of a try could not be stored, if that can be."""
     with suppress(OSError):
-        (run / FOLDER / f"{stem(trial, attempt)}.txt").write_text(f"{type(error).__name__}: {error}\n",
-                                                                  encoding="utf-8")
+        (run / FOLDER / f"{stem(trial, attempt)}.txt").write_text(
+            f"{type(error).__name__}: {error}\n", encoding="utf-8"
+        )
 
 
 def _paths(run: Path, trial: int, attempt: int | None) -> tuple[Path, Path]:
@@ -145,8 +146,18 @@ def _webp(frames: list[Rgb], quality: int) -> bytes:
         first.save(buffer, "WEBP", quality=quality, method=3)
     else:
         period = round(1000 / CLIP_RATE)
-        first.save(buffer, "WEBP", quality=quality, method=2, save_all=True, append_images=others, loop=0,
-                   duration=[period] * len(others) + [1000], kmin=999, kmax=1000)
+        first.save(
+            buffer,
+            "WEBP",
+            quality=quality,
+            method=2,
+            save_all=True,
+            append_images=others,
+            loop=0,
+            duration=[period] * len(others) + [1000],
+            kmin=999,
+            kmax=1000,
+        )
     return buffer.getvalue()
 
 

@@ -49,8 +49,13 @@ class Take:
         if done.world is not None:
             moments.append(moment(done.world, recording.touches))
         failed = done.record.outcome == Outcome.ERROR  # what a predictor has then is of an earlier image
-        return cls(done, moments, None if failed else getattr(predictor, "last_maps", None),
-                   getattr(predictor, "crop_origin", (0, 0)), attempt)
+        return cls(
+            done,
+            moments,
+            None if failed else getattr(predictor, "last_maps", None),
+            getattr(predictor, "crop_origin", (0, 0)),
+            attempt,
+        )
 
     @property
     def name(self) -> str:
@@ -75,8 +80,10 @@ class Take:
             GraspBenchError: saying how it ended.
         """
         if self.done.image is None or self.done.world is None:
-            raise GraspBenchError(f"{self.name.capitalize()} ended before there was an image "
-                                  f"({self.done.record.outcome}); there is nothing to show.")
+            raise GraspBenchError(
+                f"{self.name.capitalize()} ended before there was an image "
+                f"({self.done.record.outcome}); there is nothing to show."
+            )
 
     def pictures(self) -> dict[str, Rgb]:
         """What was ``seen``, its ``depth``, and what was ``proposed``: squares of one part of the image.
@@ -88,5 +95,8 @@ class Take:
         image, grasp = self.done.image, self.done.record.grasp
         assert image is not None
         crop = crop_for(image, [] if grasp is None else [grasp])
-        return {"seen": seen(image, crop, grasp), "depth": depth(image, crop, grasp),
-                "proposed": proposed(image, crop, self.done.grasps, grasp, self.maps, self.origin)}
+        return {
+            "seen": seen(image, crop, grasp),
+            "depth": depth(image, crop, grasp),
+            "proposed": proposed(image, crop, self.done.grasps, grasp, self.maps, self.origin),
+        }

@@ -44,31 +44,46 @@ class NetworkInfo:
         return CHANNELS[self.kind]
 
 
-_HTC = ("HTC-Grasp: A Hybrid Transformer-CNN Architecture for Robotic Grasp Detection, "
-        "Electronics 12(6), 2023")
+_HTC = "HTC-Grasp: A Hybrid Transformer-CNN Architecture for Robotic Grasp Detection, Electronics 12(6), 2023"
 _GR = "Kumra et al., Antipodal Robotic Grasping using Generative Residual CNN, IROS 2020"
 _RGBD: tuple[Kind, ...] = ("rgbd",)
 
 NETWORKS: dict[str, NetworkInfo] = {
     "htc-grasp": NetworkInfo(lambda c: HTCGrasp(inputs=c), "rgbd", _HTC, _RGBD),
     "htc-grasp-no-ea": NetworkInfo(
-        lambda c: HTCGrasp(external_attention=False, inputs=c), "rgbd", _HTC, _RGBD),
+        lambda c: HTCGrasp(external_attention=False, inputs=c), "rgbd", _HTC, _RGBD
+    ),
     "htc-grasp-no-ca": NetworkInfo(
-        lambda c: HTCGrasp(channel_attention=False, inputs=c), "rgbd", _HTC, _RGBD),
+        lambda c: HTCGrasp(channel_attention=False, inputs=c), "rgbd", _HTC, _RGBD
+    ),
     "htc-grasp-plain": NetworkInfo(
-        lambda c: HTCGrasp(external_attention=False, channel_attention=False, inputs=c), "rgbd", _HTC, _RGBD),
+        lambda c: HTCGrasp(external_attention=False, channel_attention=False, inputs=c), "rgbd", _HTC, _RGBD
+    ),
     "gg-cnn": NetworkInfo(
-        GGCNN, "depth", "Morrison et al., Closing the Loop for Robotic Grasping, RSS 2018",
-        ("depth", "rgbd"), {"depth": 62_420, "rgbd": 70_196}),
+        GGCNN,
+        "depth",
+        "Morrison et al., Closing the Loop for Robotic Grasping, RSS 2018",
+        ("depth", "rgbd"),
+        {"depth": 62_420, "rgbd": 70_196},
+    ),
     "gg-cnn2": NetworkInfo(
-        GGCNN2, "depth", "Morrison et al., Learning Robust, Real-Time, Reactive Robotic Grasping, IJRR 2020",
-        ("depth", "rgbd"), {"depth": 66_676, "rgbd": 72_484}),
+        GGCNN2,
+        "depth",
+        "Morrison et al., Learning Robust, Real-Time, Reactive Robotic Grasping, IJRR 2020",
+        ("depth", "rgbd"),
+        {"depth": 66_676, "rgbd": 72_484},
+    ),
     "gr-convnet": NetworkInfo(
-        lambda c: GRConvNet(32, c), "rgbd", _GR, ALL_KINDS, {"rgbd": 1_900_900, "depth": 1_893_124}),
+        lambda c: GRConvNet(32, c), "rgbd", _GR, ALL_KINDS, {"rgbd": 1_900_900, "depth": 1_893_124}
+    ),
     "gr-convnet-16": NetworkInfo(lambda c: GRConvNet(16, c), "rgbd", _GR, ALL_KINDS, {"rgbd": 479_156}),
     "tf-grasp": NetworkInfo(
-        TFGrasp, "rgbd", "Wang et al., When Transformer Meets Robotic Grasping, RA-L 2022",
-        ALL_KINDS, {"rgbd": 6_812_108}),
+        TFGrasp,
+        "rgbd",
+        "Wang et al., When Transformer Meets Robotic Grasping, RA-L 2022",
+        ALL_KINDS,
+        {"rgbd": 6_812_108},
+    ),
 }
 
 

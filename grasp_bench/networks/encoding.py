@@ -34,8 +34,12 @@ def fill_holes(depth: NDArray[np.float32]) -> NDArray[np.float32]:
     holes = depth <= 0
     if not holes.any() or holes.all():
         return depth
-    label = np.asarray(cv2.distanceTransformWithLabels(
-        holes.astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)[1], dtype=np.int32)
+    label = np.asarray(
+        cv2.distanceTransformWithLabels(
+            holes.astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+        )[1],
+        dtype=np.int32,
+    )
     value = np.zeros(int(label.max()) + 1, np.float32)
     value[label[~holes]] = depth[~holes]
     return value[label]

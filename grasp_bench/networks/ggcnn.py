@@ -21,12 +21,16 @@ class GGCNN(nn.Module):
 
     def __init__(self, inputs: int = 1) -> None:
         super().__init__()
-        self.encoder = nn.ModuleList([
-            nn.Conv2d(inputs, 32, 9, 3, 3), nn.Conv2d(32, 16, 5, 2, 2), nn.Conv2d(16, 8, 3, 2, 1)])
-        self.decoder = nn.ModuleList([
-            nn.ConvTranspose2d(8, 8, 3, 2, 1, output_padding=1),
-            nn.ConvTranspose2d(8, 16, 5, 2, 2, output_padding=1),
-            nn.ConvTranspose2d(16, 32, 9, 3, 3, output_padding=1)])
+        self.encoder = nn.ModuleList(
+            [nn.Conv2d(inputs, 32, 9, 3, 3), nn.Conv2d(32, 16, 5, 2, 2), nn.Conv2d(16, 8, 3, 2, 1)]
+        )
+        self.decoder = nn.ModuleList(
+            [
+                nn.ConvTranspose2d(8, 8, 3, 2, 1, output_padding=1),
+                nn.ConvTranspose2d(8, 16, 5, 2, 2, output_padding=1),
+                nn.ConvTranspose2d(16, 32, 9, 3, 3, output_padding=1),
+            ]
+        )
         self.head = nn.Conv2d(32, 4, 2)
         _xavier(self)
 
@@ -45,17 +49,28 @@ class GGCNN2(nn.Module):
         super().__init__()
 
         def block(before: int, after: int, kernel: int, dilation: int = 1) -> list[nn.Module]:
-            return [nn.Conv2d(before, after, kernel, padding=kernel // 2 * dilation, dilation=dilation),
-                    nn.ReLU(inplace=True)]
+            return [
+                nn.Conv2d(before, after, kernel, padding=kernel // 2 * dilation, dilation=dilation),
+                nn.ReLU(inplace=True),
+            ]
 
         def double() -> nn.Module:
             return nn.Upsample(scale_factor=2, mode="bilinear", align_corners=False)
 
         self.body = nn.Sequential(
-            *block(inputs, 16, 11), *block(16, 16, 5), nn.MaxPool2d(2, ceil_mode=True),
-            *block(16, 16, 5), *block(16, 16, 5), nn.MaxPool2d(2, ceil_mode=True),
-            *block(16, 32, 5, dilation=2), *block(32, 32, 5, dilation=4),
-            double(), *block(32, 16, 3), double(), *block(16, 16, 3))
+            *block(inputs, 16, 11),
+            *block(16, 16, 5),
+            nn.MaxPool2d(2, ceil_mode=True),
+            *block(16, 16, 5),
+            *block(16, 16, 5),
+            nn.MaxPool2d(2, ceil_mode=True),
+            *block(16, 32, 5, dilation=2),
+            *block(32, 32, 5, dilation=4),
+            double(),
+            *block(32, 16, 3),
+            double(),
+            *block(16, 16, 3),
+        )
         self.head = nn.Conv2d(16, 4, 1)
         _xavier(self)
 

@@ -11,13 +11,19 @@ from grasp_bench.networks.fit import fit
 
 
 def _convolution(inputs: int, outputs: int, kernel: int, stride: int, padding: int) -> list[nn.Module]:
-    return [nn.Conv2d(inputs, outputs, kernel, stride, padding),
-            nn.BatchNorm2d(outputs), nn.ReLU(inplace=True)]
+    return [
+        nn.Conv2d(inputs, outputs, kernel, stride, padding),
+        nn.BatchNorm2d(outputs),
+        nn.ReLU(inplace=True),
+    ]
 
 
 def _transposed(inputs: int, outputs: int, padding: int) -> list[nn.Module]:
-    return [nn.ConvTranspose2d(inputs, outputs, 4, 2, padding, output_padding=1),
-            nn.BatchNorm2d(outputs), nn.ReLU(inplace=True)]
+    return [
+        nn.ConvTranspose2d(inputs, outputs, 4, 2, padding, output_padding=1),
+        nn.BatchNorm2d(outputs),
+        nn.ReLU(inplace=True),
+    ]
 
 
 class Residual(nn.Module):
@@ -27,7 +33,9 @@ class Residual(nn.Module):
         super().__init__()
         self.body = nn.Sequential(
             *_convolution(channels, channels, 3, 1, 1),
-            nn.Conv2d(channels, channels, 3, 1, 1), nn.BatchNorm2d(channels))
+            nn.Conv2d(channels, channels, 3, 1, 1),
+            nn.BatchNorm2d(channels),
+        )
 
     def forward(self, x: Tensor) -> Tensor:
         """(B, C, H, W) → (B, C, H, W)."""
@@ -52,7 +60,8 @@ class GRConvNet(nn.Module):
             *(Residual(4 * c) for _ in range(5)),
             *_transposed(4 * c, 2 * c, padding=1),
             *_transposed(2 * c, c, padding=2),
-            nn.Conv2d(c, c, 9, 1, 4))
+            nn.Conv2d(c, c, 9, 1, 4),
+        )
         # Separate heads: in training each drops other channels.
         self.heads = nn.ModuleList(nn.Sequential(Dropout(0.1), nn.Conv2d(c, 1, 2)) for _ in range(4))
         for module in self.modules():

@@ -102,7 +102,8 @@ class TransformerBlock(nn.Module):
         self.attention = (ExternalAttention if external else SelfAttention)(channels, heads)
         self.norm_feed_forward = nn.LayerNorm(channels)
         self.feed_forward = nn.Sequential(
-            nn.Linear(channels, 4 * channels), nn.GELU(), nn.Linear(4 * channels, channels))
+            nn.Linear(channels, 4 * channels), nn.GELU(), nn.Linear(4 * channels, channels)
+        )
 
     def forward(self, x: Tensor) -> Tensor:
         """(B, N, C) → (B, N, C)."""
@@ -113,8 +114,9 @@ class TransformerBlock(nn.Module):
 class Stage(nn.Module):
     """Overlapping patch embedding and Transformer blocks (section 3.3.1)."""
 
-    def __init__(self, inputs: int, channels: int, heads: int, depth: int, *,
-                 first: bool, external: bool) -> None:
+    def __init__(
+        self, inputs: int, channels: int, heads: int, depth: int, *, first: bool, external: bool
+    ) -> None:
         super().__init__()
         kernel, stride = (7, 4) if first else (3, 2)
         self.embed = nn.Conv2d(inputs, channels, kernel, stride, kernel // 2)
@@ -142,13 +144,25 @@ class ResChannelAttention(nn.Module):
         super().__init__()
         narrow = channels // 4
         self.residual = nn.Sequential(
-            nn.Conv2d(channels, narrow, 1, bias=False), nn.BatchNorm2d(narrow), nn.ReLU(inplace=True),
-            nn.Conv2d(narrow, narrow, 3, padding=1, bias=False), nn.BatchNorm2d(narrow),
+            nn.Conv2d(channels, narrow, 1, bias=False),
+            nn.BatchNorm2d(narrow),
             nn.ReLU(inplace=True),
-            nn.Conv2d(narrow, channels, 1, bias=False), nn.BatchNorm2d(channels))
-        self.excite = nn.Sequential(
-            nn.Linear(channels, channels // 16), nn.ReLU(inplace=True),
-            nn.Linear(channels // 16, channels), nn.Sigmoid()) if channel_attention else None
+            nn.Conv2d(narrow, narrow, 3, padding=1, bias=False),
+            nn.BatchNorm2d(narrow),
+            nn.ReLU(inplace=True),
+            nn.Conv2d(narrow, channels, 1, bias=False),
+            nn.BatchNorm2d(channels),
+        )
+        self.excite = (
+            nn.Sequential(
+                nn.Linear(channels, channels // 16),
+                nn.ReLU(inplace=True),
+                nn.Linear(channels // 16, channels),
+                nn.Sigmoid(),
+            )
+            if channel_attention
+            else None
+        )
 
     def forward(self, x: Tensor) -> Tensor:
         """(B, C, H, W) → (B, C, H, W)."""
@@ -188,7 +202,10 @@ class Upsample(nn.Sequential):
     def __init__(self, inputs: int, outputs: int, kernel: int) -> None:
         super().__init__(
             nn.Conv2d(inputs, 4 * outputs, kernel, padding=kernel // 2, bias=False),
-            nn.PixelShuffle(2), nn.BatchNorm2d(outputs), nn.ReLU(inplace=True))
+            nn.PixelShuffle(2),
+            nn.BatchNorm2d(outputs),
+            nn.ReLU(inplace=True),
+        )
 
 
 class HTCGrasp(nn.Module):
@@ -200,13 +217,15 @@ class HTCGrasp(nn.Module):
         inputs: channels of the input image.
     """
 
-    def __init__(self, external_attention: bool = True, channel_attention: bool = True,
-                 inputs: int = 4) -> None:
+    def __init__(
+        self, external_attention: bool = True, channel_attention: bool = True, inputs: int = 4
+    ) -> None:
         super().__init__()
         sizes = (inputs, *CHANNELS)
         self.stages = nn.ModuleList(
             Stage(sizes[i], sizes[i + 1], HEADS[i], DEPTHS[i], first=i == 0, external=external_attention)
-            for i in range(len(CHANNELS)))
+            for i in range(len(CHANNELS))
+        )
         self.fuse = Fuse(CHANNELS, DECODER_CHANNELS)
         self.refine = ResChannelAttention(DECODER_CHANNELS, channel_attention)
         self.upsample = nn.Sequential(Upsample(DECODER_CHANNELS, 32, kernel=1), Upsample(32, 16, kernel=3))
@@ -238,5 +257,3 @@ class HTCGrasp(nn.Module):
             features = stage(features)
             maps.append(features)
         return self.head(self.upsample(self.refine(self.fuse(maps))))[:, :, :h, :w]
-
-

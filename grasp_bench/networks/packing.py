@@ -43,7 +43,9 @@ def unpacked(tensors: dict[str, Tensor], source: object) -> dict[str, Tensor]:
     for name, scale in scales.items():
         value = plain.get(name)
         if value is None or value.dtype != torch.int8 or value.ndim < 2 or scale.shape != value.shape[:1]:
-            raise AssetError(f"{source}: {name}{SCALE} does not belong to a matrix in 8 bits; "
-                             "fetch or train the file again.")
+            raise AssetError(
+                f"{source}: {name}{SCALE} does not belong to a matrix in 8 bits; "
+                "fetch or train the file again."
+            )
         plain[name] = value.float() * scale.float().reshape(-1, *[1] * (value.ndim - 1))
     return plain

@@ -59,7 +59,8 @@ class SwinBlock(nn.Module):
         self.output = nn.Linear(channels, channels)
         self.norm_feed_forward = nn.LayerNorm(channels)
         self.feed_forward = nn.Sequential(
-            nn.Linear(channels, 4 * channels), nn.ReLU(inplace=True), nn.Linear(4 * channels, channels))
+            nn.Linear(channels, 4 * channels), nn.ReLU(inplace=True), nn.Linear(4 * channels, channels)
+        )
         self.register_buffer("relative_index", _relative_index(), persistent=False)
         nn.init.trunc_normal_(self.bias, std=0.02)
 
@@ -87,6 +88,7 @@ class SwinBlock(nn.Module):
     @staticmethod
     def _apart(h: int, w: int, shift: int, device: torch.device) -> Tensor:
         """(windows, 1, 49, 49): −100 between tokens that only the cyclic shift put side by side."""
+
         def zone(n: int) -> Tensor:
             i = torch.arange(n, device=device)
             return (i >= n - WINDOW).long() + (i >= n - shift).long()
@@ -151,8 +153,17 @@ class TFGrasp(nn.Module):
         drops = torch.linspace(0, DROP_PATH, DEPTH * len(HEADS)).tolist()
 
         def blocks(level: int) -> nn.Sequential:
-            return nn.Sequential(*(SwinBlock(channels[level], HEADS[level], shift=WINDOW // 2 * (i % 2),
-                                             drop_path=drops[DEPTH * level + i]) for i in range(DEPTH)))
+            return nn.Sequential(
+                *(
+                    SwinBlock(
+                        channels[level],
+                        HEADS[level],
+                        shift=WINDOW // 2 * (i % 2),
+                        drop_path=drops[DEPTH * level + i],
+                    )
+                    for i in range(DEPTH)
+                )
+            )
 
         self.embed = nn.Conv2d(inputs, embedding, 4, 4)
         self.norm_embed = nn.LayerNorm(embedding)

@@ -80,21 +80,28 @@ def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]
     tensors, metadata = _read(path)
     stored_for = metadata.get("network", name)
     if stored_for != name:
-        raise AssetError(f"{path} holds weights of network {stored_for!r}, not {name!r}; "
-                         f"give --weights a file trained for {name!r}.")
+        raise AssetError(
+            f"{path} holds weights of network {stored_for!r}, not {name!r}; "
+            f"give --weights a file trained for {name!r}."
+        )
     network = build(name, stored_input(metadata))
     wanted, tensors = network.state_dict(), unpacked(tensors, path)
     if odd := sorted(set(wanted) ^ set(tensors)):
-        raise AssetError(f"{path} does not fit network {name!r}: {len(odd)} tensors missing or unknown, "
-                         f"first {odd[0]!r}; train again or fetch the file of this version.")
+        raise AssetError(
+            f"{path} does not fit network {name!r}: {len(odd)} tensors missing or unknown, "
+            f"first {odd[0]!r}; train again or fetch the file of this version."
+        )
     for key, value in wanted.items():
         if tensors[key].shape != value.shape:
             raise AssetError(
                 f"{path} does not fit network {name!r}: {key} has shape {tuple(tensors[key].shape)}, not "
-                f"{tuple(value.shape)}; train again or fetch the file of this version.")
+                f"{tuple(value.shape)}; train again or fetch the file of this version."
+            )
         if tensors[key].is_floating_point() != value.is_floating_point():
-            raise AssetError(f"{path} does not fit network {name!r}: {key} holds {_kind(tensors[key])}, not "
-                             f"{_kind(value)}; train again or fetch the file of this version.")
+            raise AssetError(
+                f"{path} does not fit network {name!r}: {key} holds {_kind(tensors[key])}, not "
+                f"{_kind(value)}; train again or fetch the file of this version."
+            )
         if not torch.isfinite(tensors[key].float()).all():
             raise AssetError(f"{path}: {key} has values that are not finite; fetch or train the file again.")
     network.load_state_dict({k: v.to(wanted[k].dtype) for k, v in tensors.items()})
@@ -115,5 +122,6 @@ def _read(path: Path) -> tuple[dict[str, torch.Tensor], dict[str, Any]]:
                 raise ValueError(f"its metadata {_KEY!r} is no JSON object")
             return {key: file.get_tensor(key) for key in file.keys()}, metadata  # noqa: SIM118
     except (SafetensorError, OSError, ValueError, RecursionError) as error:
-        raise AssetError(f"{path} is truncated or not a safetensors file ({error}); "
-                         f"fetch or train it again.") from error
+        raise AssetError(
+            f"{path} is truncated or not a safetensors file ({error}); fetch or train it again."
+        ) from error

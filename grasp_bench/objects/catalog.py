@@ -114,10 +114,10 @@ class ObjectModel:
         for name in sorted(scene.geometry):
             mesh = scene.geometry[name]
             material = mesh.visual.material
-            rgb = tuple(float(c) / 255 for c in np.asarray(material.baseColorFactor)[:3])
+            red, green, blue = (float(c) / 255 for c in np.asarray(material.baseColorFactor)[:3])
             roughness = 0.5 if material.roughnessFactor is None else float(material.roughnessFactor)
-            parts.append(VisualPart(np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int32),
-                                    rgb, roughness))  # type: ignore[arg-type]
+            vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int32)
+            parts.append(VisualPart(vertices, faces, (red, green, blue), roughness))
         return parts
 
     @cached_property
@@ -133,8 +133,10 @@ def _load_glb(path: Path) -> Any:
     try:
         return trimesh.load_scene(path, process=False)
     except Exception as error:
-        raise AssetError(f"{path} cannot be read as a GLB mesh ({error}). Run `grasp-bench objects verify`; "
-                         "restore the file or rebuild it with `grasp-bench objects build`.") from error
+        raise AssetError(
+            f"{path} cannot be read as a GLB mesh ({error}). Run `grasp-bench objects verify`; "
+            "restore the file or rebuild it with `grasp-bench objects build`."
+        ) from error
 
 
 def combined_digest(files: dict[str, str]) -> str:
@@ -156,14 +158,16 @@ class Catalog:
         self.folder = assets_dir() / "objects" if folder is None else Path(folder)
         path = self.folder / MANIFEST
         if not path.is_file():
-            raise AssetError(f"{self.folder} has no {MANIFEST}; name a folder made by "
-                             "`grasp-bench objects build`.")
+            raise AssetError(
+                f"{self.folder} has no {MANIFEST}; name a folder made by `grasp-bench objects build`."
+            )
         try:
             manifest = json.loads(path.read_text())
             self.entries: dict[str, dict[str, Any]] = {e["name"]: e for e in manifest["objects"]}
         except (ValueError, KeyError, TypeError) as error:
-            raise AssetError(f"{path} is not a valid manifest ({error}); restore it or run "
-                             "`grasp-bench objects build`.") from error
+            raise AssetError(
+                f"{path} is not a valid manifest ({error}); restore it or run `grasp-bench objects build`."
+            ) from error
 
     @property
     def names(self) -> list[str]:
@@ -227,21 +231,38 @@ class Catalog:
             raise UnknownNameError("object", name, self.names)
         faults = self.faults(name)
         if faults:
-            raise AssetError(f"{'; '.join(faults)}. Restore the files (git checkout) or rebuild them with "
-                             f"`grasp-bench objects build --only {name}`.")
+            raise AssetError(
+                f"{'; '.join(faults)}. Restore the files (git checkout) or rebuild them with "
+                f"`grasp-bench objects build --only {name}`."
+            )
         entry = self.entries[name]
         details = json.loads((self.folder / name / "object.json").read_text())
-        return load_details(self.folder / name, details | {"category": entry["category"]},
-                            combined_digest(entry["files"]))
+        return load_details(
+            self.folder / name, details | {"category": entry["category"]}, combined_digest(entry["files"])
+        )
 
 
 def load_details(folder: Path, details: dict[str, Any], digest: str = "") -> ObjectModel:
     """The object of a ``object.json``'s content, whose files lie in ``folder``."""
     poses = tuple(
-        RestingPose(np.array(p["quaternion"]), p["height"], p["probability"],
-                    tuple(ReferenceGrasp(np.array(g["tip"]), np.array(g["axis"]), g["width"], g["top"],
-                                         g["score"])
-                          for g in p["grasps"]))
-        for p in details["poses"])
-    return ObjectModel(details["name"], details["category"], folder, details["mass"],
-                       np.array(details["inertia"]), details["friction"], poses, digest)
+        RestingPose(
+            np.array(p["quaternion"]),
+            p["height"],
+            p["probability"],
+            tuple(
+                ReferenceGrasp(np.array(g["tip"]), np.array(g["axis"]), g["width"], g["top"], g["score"])
+                for g in p["grasps"]
+            ),
+        )
+        for p in details["poses"]
+    )
+    return ObjectModel(
+        details["name"],
+        details["category"],
+        folder,
+        details["mass"],
+        np.array(details["inertia"]),
+        details["friction"],
+        poses,
+        digest,
+    )

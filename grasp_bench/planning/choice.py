@@ -7,8 +7,9 @@ from grasp_bench.planning.planner import Blocked, Plan, Planner, SeenScene, Unre
 from grasp_bench.scenario.outcomes import Outcome
 
 
-def choose_grasp(planner: Planner, scene: SeenScene, grasps: list[Grasp],
-                 ) -> tuple[int, Plan | None, Outcome, str]:
+def choose_grasp(
+    planner: Planner, scene: SeenScene, grasps: list[Grasp]
+) -> tuple[int, Plan | None, Outcome, str]:
     """Rank and plan of the grasp to carry out: the best in which the tips get deep enough.
 
     Where none does, it is the one whose tips stay least above their wanted depth: rather a shallow

@@ -83,7 +83,7 @@ def analyse(field: HeightField, yaws: NDArray[np.float64] = YAWS, chunk: int = 2
     padded = np.pad(h, 30)
     for yaw in yaws:
         for start in range(0, len(rows), chunk):
-            r, c = rows[start:start + chunk], columns[start:start + chunk]
+            r, c = rows[start : start + chunk], columns[start : start + chunk]
             found = _score(padded, r + 30, c + 30, float(yaw), field)
             better = found["quality"] > best["quality"][r, c]
             for name, values in found.items():
@@ -92,14 +92,16 @@ def analyse(field: HeightField, yaws: NDArray[np.float64] = YAWS, chunk: int = 2
     return GraspField(**best)
 
 
-def grasps_at(field: HeightField, rows: NDArray[np.intp], columns: NDArray[np.intp],
-              yaw: float) -> dict[str, Floats]:
+def grasps_at(
+    field: HeightField, rows: NDArray[np.intp], columns: NDArray[np.intp], yaw: float
+) -> dict[str, Floats]:
     """The fields of :class:`GraspField` (N,) for given cells with jaws along ``yaw``, feasible or not."""
     return _score(np.pad(field.heights, 30), rows + 30, columns + 30, yaw, field)
 
 
-def _score(h: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], yaw: float,
-           field: HeightField) -> dict[str, Floats]:
+def _score(
+    h: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], yaw: float, field: HeightField
+) -> dict[str, Floats]:
     """Quality, opening, tip and top of grasps at cells of the padded height field ``h``.
 
     Grasps (N) are the last axis of all arrays: what is reduced are short axes, over long contiguous rows.
@@ -113,11 +115,17 @@ def _score(h: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], yaw: fl
     # Ground under both fingers for each symmetric opening.
     profile = patch.max(axis=0)
     width = round(FINGER / CELL)
-    ground = np.stack([np.maximum(profile[_near(e):_near(e) + width].max(0),
-                                  profile[_near(-e) - width + 1:_near(-e) + 1].max(0))
-                       for e in HALF_OPENINGS.tolist()])  # (E, N)
+    ground = np.stack(
+        [
+            np.maximum(
+                profile[_near(e) : _near(e) + width].max(0),
+                profile[_near(-e) - width + 1 : _near(-e) + 1].max(0),
+            )
+            for e in HALF_OPENINGS.tolist()
+        ]
+    )  # (E, N)
     ground = np.where(ground > TABLE_NOISE, ground + CLEARANCE, 0)
-    inner = np.stack([profile[_near(-e) + 1:_near(e)].max(0) for e in HALF_OPENINGS.tolist()])
+    inner = np.stack([profile[_near(-e) + 1 : _near(e)].max(0) for e in HALF_OPENINGS.tolist()])
     tip = np.maximum(np.maximum(inner - INSERTION, CLEARANCE), ground)
     free = inner - tip >= LEAST_INSERTION
     depth = np.where(free, inner - tip, 0)
@@ -143,10 +151,10 @@ def _score(h: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], yaw: fl
     # Half a cell is within the grid's own error: on low things it would look like a steep slope.
     slope = np.maximum(np.maximum(high_left - left, right - high_right) - CELL / 2, 0) / rise
 
-    twist = np.exp(-((left_at - right_at) / 0.008) ** 2)
-    torsion = np.exp(-((0.5 * (left_at + right_at)) / 0.008) ** 2)
+    twist = np.exp(-(((left_at - right_at) / 0.008) ** 2))
+    torsion = np.exp(-(((0.5 * (left_at + right_at)) / 0.008) ** 2))
     lean = np.clip((0.75 - slope) / 0.45, 0, 1)
-    centred = np.exp(-((0.5 * (left + right)) / 0.012) ** 2)
+    centred = np.exp(-(((0.5 * (left + right)) / 0.012) ** 2))
     area = np.clip(0.4 + 0.3 * (left_spread + right_spread), 0, 1)
     bite = np.clip((tops - tips) / 0.012, 0.4, 1)
     x = field.origin[0] + (columns - 30) * CELL - field.centre_of_mass[0]
@@ -154,13 +162,18 @@ def _score(h: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], yaw: fl
     room = np.clip((e + left) / 0.003, 0.5, 1) * np.clip((e - right) / 0.003, 0.5, 1)
     quality = twist * torsion * lean * centred * area * bite * balance(np.stack([x, y], axis=-1)) * room
     quality = np.where(feasible & low.any(axis=(0, 1)) & (right > left), quality, 0)
-    return {"quality": quality.astype(np.float32), "opening": (2 * e).astype(np.float32),
-            "tip": tips.astype(np.float32), "top": tops.astype(np.float32),
-            "yaw": np.full(len(rows), yaw, np.float32)}
+    return {
+        "quality": quality.astype(np.float32),
+        "opening": (2 * e).astype(np.float32),
+        "tip": tips.astype(np.float32),
+        "top": tops.astype(np.float32),
+        "yaw": np.full(len(rows), yaw, np.float32),
+    }
 
 
-def ground_of_fingers(field: HeightField, centre: NDArray[np.floating], axis: NDArray[np.floating],
-                      opening: float, half: float) -> float:
+def ground_of_fingers(
+    field: HeightField, centre: NDArray[np.floating], axis: NDArray[np.floating], opening: float, half: float
+) -> float:
     """Greatest height [m] under two open fingers.
 
     Args:
@@ -170,8 +183,9 @@ def ground_of_fingers(field: HeightField, centre: NDArray[np.floating], axis: ND
         opening: between the pads [m].
         half: half width of the corridor of each finger, across the jaw direction [m].
     """
-    a, b = np.meshgrid(opening / 2 + np.arange(-CELL / 2, FINGER, CELL / 4),
-                       np.arange(-half, half + CELL / 8, CELL / 4))
+    a, b = np.meshgrid(
+        opening / 2 + np.arange(-CELL / 2, FINGER, CELL / 4), np.arange(-half, half + CELL / 8, CELL / 4)
+    )
     a, b = np.concatenate([a, -a]), np.concatenate([b, b])
     columns = np.rint((centre[0] + a * axis[0] - b * axis[1] - field.origin[0]) / CELL).astype(np.intp)
     rows = np.rint((centre[1] + a * axis[1] + b * axis[0] - field.origin[1]) / CELL).astype(np.intp)

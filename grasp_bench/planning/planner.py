@@ -142,8 +142,9 @@ class SeenScene:
         pixels = self.image.intrinsics.project(self.camera.to_camera(cloud))
         window = self._window(np.floor(pixels.min(0)).astype(int), np.ceil(pixels.max(0)).astype(int))
         heights = self.heights[window].ravel()
-        points = self.camera.position[:2] + (self._rays[window][..., :2] * self.image.depth[window][..., None]
-                                             ).reshape(-1, 2)
+        points = self.camera.position[:2] + (
+            self._rays[window][..., :2] * self.image.depth[window][..., None]
+        ).reshape(-1, 2)
         offset = points - centre[:2]
         near = np.isfinite(heights) & (np.abs(offset).max(1) < reach)
         across = np.array([-axis[1], axis[0]])
@@ -187,8 +188,10 @@ def grasp_pose(scene: SeenScene, grasp: Grasp, motion: Motion) -> tuple[GraspPos
     along, height = offset[under_jaws, 0], height[under_jaws]
     tip, opening = np.inf, 0.0
     for trial in openings(float(np.linalg.norm(span[:2]))):
-        lowest = max(floor, *(ground_under(side * along - trial / 2, height) + motion.table_clearance
-                               for side in (-1, 1)))
+        lowest = max(
+            floor,
+            *(ground_under(side * along - trial / 2, height) + motion.table_clearance for side in (-1, 1)),
+        )
         if lowest < tip - 1e-6:
             tip, opening = lowest, trial
         if tip <= floor + WIDENING_GAIN:
@@ -255,8 +258,10 @@ class Planner:
         lifted = pose.position + [0, 0, motion.lift_height]
         target = np.array([*motion.carry_to[:2], lifted[2] + motion.carry_to[2]])
         for candidate, q in self.ik.solve_grasp(pose):
-            def chain(start: Floats, end: Floats, from_q: Floats,
-                      rotation: Floats = candidate.rotation) -> list[Floats] | None:
+
+            def chain(
+                start: Floats, end: Floats, from_q: Floats, rotation: Floats = candidate.rotation
+            ) -> list[Floats] | None:
                 return self.ik.follow([GraspPose(p, rotation, 0.0) for p in straight(start, end)], from_q)
 
             up = chain(pose.position, raised, q)
@@ -270,13 +275,27 @@ class Planner:
             fraction = motion.speed_fraction
             reach = through([np.asarray(HOME), up[-1]], period, fraction)
             down = through([*up[::-1], q], period, fraction, above - pose.position[2], motion.approach_speed)
-            return Plan(grasp, candidate, top, pose.position[2] - wanted_tip(top, motion), reach, down,
-                        through([q, *lift], period, fraction, motion.lift_height, motion.lift_speed),
-                        through([lift[-1], *carry], period, fraction,
-                                float(np.linalg.norm(target - lifted)), motion.carry_speed), shake)
+            return Plan(
+                grasp,
+                candidate,
+                top,
+                pose.position[2] - wanted_tip(top, motion),
+                reach,
+                down,
+                through([q, *lift], period, fraction, motion.lift_height, motion.lift_speed),
+                through(
+                    [lift[-1], *carry],
+                    period,
+                    fraction,
+                    float(np.linalg.norm(target - lifted)),
+                    motion.carry_speed,
+                ),
+                shake,
+            )
         x, y, z = pose.position
-        raise Unreachable(f"no joint angles for the TCP at ({x:.3f}, {y:.3f}, {z:.3f}) m "
-                          "and the motion from it")
+        raise Unreachable(
+            f"no joint angles for the TCP at ({x:.3f}, {y:.3f}, {z:.3f}) m and the motion from it"
+        )
 
     def shake(self, pose: GraspPose, q: Floats, period: float) -> tuple[Trajectory, ...] | None:
         """Bursts along the axes of the TCP at ``pose``, reached with joints ``q``; empty where the scenario
@@ -286,8 +305,12 @@ class Planner:
             return ()
         bursts = []
         for axis in pose.rotation.T:
-            ends = [self.ik.follow([GraspPose(pose.position + side * amplitude(shake) * axis, pose.rotation,
-                                              0.0)], q) for side in (-1, 1)]
+            ends = [
+                self.ik.follow(
+                    [GraspPose(pose.position + side * amplitude(shake) * axis, pose.rotation, 0.0)], q
+                )
+                for side in (-1, 1)
+            ]
             if ends[0] is None or ends[1] is None:
                 return None
             bursts.append(shaken((ends[0][0], ends[1][0]), q, shake, period))

@@ -71,8 +71,7 @@ def _network(name: str, summary: str, weights: str | None = None) -> Entry:
 
 BUILT_IN: dict[str, Entry] = {
     "htc-grasp": _network("htc-grasp", "HTC-Grasp, hybrid Transformer-CNN (Zhang et al., 2023)"),
-    "htc-grasp-1000": _network("htc-grasp", "HTC-Grasp after 1,000 steps, as all below",
-                               "htc-grasp-1000"),
+    "htc-grasp-1000": _network("htc-grasp", "HTC-Grasp after 1,000 steps, as all below", "htc-grasp-1000"),
     "gg-cnn": _network("gg-cnn", "GG-CNN on depth (Morrison et al., 2018)"),
     "gg-cnn2": _network("gg-cnn2", "GG-CNN2 on depth (Morrison et al., 2020)"),
     "gr-convnet": _network("gr-convnet", "GR-ConvNet, 32 channels, RGB-D (Kumra et al., 2020)"),
@@ -81,8 +80,9 @@ BUILT_IN: dict[str, Entry] = {
     "htc-grasp-no-ea": _network("htc-grasp-no-ea", "HTC-Grasp's ablation: plain self-attention"),
     "htc-grasp-no-ca": _network("htc-grasp-no-ca", "HTC-Grasp's ablation: no channel attention"),
     "htc-grasp-plain": _network("htc-grasp-plain", "HTC-Grasp's ablation: neither"),
-    "oracle": Entry(f"{_CONTROLS}:Oracle", "control",
-                    "reference grasps of the true mesh and pose: upper bound"),
+    "oracle": Entry(
+        f"{_CONTROLS}:Oracle", "control", "reference grasps of the true mesh and pose: upper bound"
+    ),
     "antipodal": Entry(f"{_CONTROLS}:Antipodal", "control", "opposite depth edges, after Dex-Net's sampling"),
     "centroid": Entry(f"{_CONTROLS}:Centroid", "control", "middle and shorter axis of the depth blob"),
     "random": Entry(f"{_CONTROLS}:Random", "control", "a random place and direction on the object"),
@@ -140,8 +140,10 @@ def python_path(name: str) -> str:
         raise UnknownNameError("predictor", name, [*BUILT_IN, *offers, *EXAMPLES])
     values = sorted({point.value for point in offers[name]})
     if len(values) > 1:
-        raise PredictorError(f"Several installed packages offer a predictor {name!r}: "
-                             f"{' and '.join(values)}. Name the one you mean by its module:Class.")
+        raise PredictorError(
+            f"Several installed packages offer a predictor {name!r}: "
+            f"{' and '.join(values)}. Name the one you mean by its module:Class."
+        )
     return values[0]
 
 
@@ -163,8 +165,10 @@ def _resolve(path: str) -> Any:
     try:
         module = importlib.import_module(module_name)
     except (Exception, SystemExit) as error:  # whatever a foreign module raises while it is imported
-        raise PredictorError(f"The module {module_name!r} of predictor {path!r} cannot be imported: "
-                             f"{type(error).__name__}: {error}") from error
+        raise PredictorError(
+            f"The module {module_name!r} of predictor {path!r} cannot be imported: "
+            f"{type(error).__name__}: {error}"
+        ) from error
     if not hasattr(module, attribute):
         names = [n for n in dir(module) if not n.startswith("_")]
         raise PredictorError(str(UnknownNameError(f"name in module {module_name!r}:", attribute, names)))

@@ -49,8 +49,9 @@ class CommandPredictor:
             the end of what it printed.
     """
 
-    def __init__(self, command: str, start_seconds: float = START_SECONDS,
-                 seconds: float = ANSWER_SECONDS) -> None:
+    def __init__(
+        self, command: str, start_seconds: float = START_SECONDS, seconds: float = ANSWER_SECONDS
+    ) -> None:
         self._words = split(command)
         self._start_seconds, self._seconds = start_seconds, seconds
         self._process: subprocess.Popen[bytes] | None = None
@@ -109,9 +110,13 @@ class CommandPredictor:
         fcntl.fcntl(self._log.fileno(), fcntl.F_SETFL, os.O_APPEND)  # so that it may be cut while written to
         words = [word.replace(PLACE, str(port)) for word in self._words]
         # -I -S: neither the environment nor site packages matter to the guardian.
-        self._process = subprocess.Popen([sys.executable, "-I", "-S", guardian.__file__, *words],
-                                         stdin=subprocess.PIPE, stdout=self._log, stderr=self._log,
-                                         start_new_session=True)
+        self._process = subprocess.Popen(
+            [sys.executable, "-I", "-S", guardian.__file__, *words],
+            stdin=subprocess.PIPE,
+            stdout=self._log,
+            stderr=self._log,
+            start_new_session=True,
+        )
         self._remote = RemotePredictor(f"http://127.0.0.1:{port}", "the predictor's process", self._seconds)
         try:
             self._wait_until_ready()
@@ -124,8 +129,10 @@ class CommandPredictor:
         while True:
             code = self._exit_code()
             if code is not None:
-                raise PredictorError(f"The command {shlex.join(self._words)!r} ended before it answered "
-                                     f"(exit code {code}){self._said()}")
+                raise PredictorError(
+                    f"The command {shlex.join(self._words)!r} ended before it answered "
+                    f"(exit code {code}){self._said()}"
+                )
             try:
                 self._remote.info(seconds=1.0)
                 return
@@ -133,7 +140,8 @@ class CommandPredictor:
                 if time.monotonic() > deadline:
                     raise PredictorError(
                         f"The command {shlex.join(self._words)!r} did not answer GET /info at the port it "
-                        f"was given within {self._start_seconds:g} s{self._said()}") from error
+                        f"was given within {self._start_seconds:g} s{self._said()}"
+                    ) from error
                 time.sleep(0.05)
 
     def _exit_code(self, patience: float = 0.0) -> int | None:
@@ -162,8 +170,10 @@ def split(command: str) -> list[str]:
     except ValueError as error:
         raise PredictorError(f"The command {command!r} cannot be split into words ({error}).") from error
     if not words or not any(PLACE in word for word in words):
-        raise PredictorError(f"The command {command.strip()!r} has no place for the port: write {PLACE} "
-                             f"where its server takes it, e.g. 'cmd: python my_server.py --port {PLACE}'.")
+        raise PredictorError(
+            f"The command {command.strip()!r} has no place for the port: write {PLACE} "
+            f"where its server takes it, e.g. 'cmd: python my_server.py --port {PLACE}'."
+        )
     if shutil.which(words[0]) is None:
         raise PredictorError(f"The program {words[0]!r} of the predictor's command was not found.")
     return words

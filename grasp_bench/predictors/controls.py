@@ -37,8 +37,17 @@ class Oracle(PrivilegedPredictor):
         """The reference grasps of the resting pose the object lies in, best first."""
         ups = [_rotation(p.quaternion)[2] @ truth.rotation[2] for p in truth.model.graspable_poses]
         pose = truth.model.graspable_poses[int(np.argmax(ups))]
-        return [project_grasp(truth, truth.rotation @ g.tip + truth.position, truth.rotation @ g.axis,
-                              g.top, g.width, g.score) for g in pose.grasps]
+        return [
+            project_grasp(
+                truth,
+                truth.rotation @ g.tip + truth.position,
+                truth.rotation @ g.axis,
+                g.top,
+                g.width,
+                g.score,
+            )
+            for g in pose.grasps
+        ]
 
 
 class Displaced(Oracle):
@@ -53,10 +62,14 @@ class Displaced(Oracle):
     def predict_from_truth(self, image: RgbdImage, truth: GroundTruth) -> list[Grasp]:
         """One grasp, 0.2 m beside where it should be."""
         shift = self.DISTANCE * np.array([math.cos(self._angle), math.sin(self._angle), 0.0])
-        moved = GroundTruth(truth.model, truth.position + shift, truth.rotation, truth.camera,
-                            truth.intrinsics)
-        inside = [g for g in super().predict_from_truth(image, moved)
-                  if 0 <= g.x <= image.intrinsics.width and 0 <= g.y <= image.intrinsics.height]
+        moved = GroundTruth(
+            truth.model, truth.position + shift, truth.rotation, truth.camera, truth.intrinsics
+        )
+        inside = [
+            g
+            for g in super().predict_from_truth(image, moved)
+            if 0 <= g.x <= image.intrinsics.width and 0 <= g.y <= image.intrinsics.height
+        ]
         return inside[:1]
 
 
@@ -68,8 +81,9 @@ def _rotation(quaternion: Floats) -> Floats:
     return matrix.reshape(3, 3)
 
 
-def project_grasp(truth: GroundTruth, tip: Floats, axis: Floats, top: float, width: float,
-                  quality: float) -> Grasp:
+def project_grasp(
+    truth: GroundTruth, tip: Floats, axis: Floats, top: float, width: float, quality: float
+) -> Grasp:
     """Image-plane grasp of a world grasp, on the plane where the planner deprojects it.
 
     Args:
@@ -89,6 +103,7 @@ def project_grasp(truth: GroundTruth, tip: Floats, axis: Floats, top: float, wid
 
 
 # ---------------------------------------------------------------- depth-only heuristics
+
 
 def foreground(image: RgbdImage) -> tuple[NDArray[np.bool_], float]:
     """(H, W) mask of the largest thing nearest the image's middle, and the table's depth [m].
@@ -127,8 +142,15 @@ class Centroid:
         extent = np.ptp(offsets @ minor)
         near = float(np.median(image.depth[mask]))
         widest = JAW_OPENING * image.intrinsics.fx / near
-        return [Grasp(float(centre[0]), float(centre[1]), wrap_angle(math.atan2(-minor[1], minor[0])),
-                      float(min(extent + 12, widest)), 0.5)]
+        return [
+            Grasp(
+                float(centre[0]),
+                float(centre[1]),
+                wrap_angle(math.atan2(-minor[1], minor[0])),
+                float(min(extent + 12, widest)),
+                0.5,
+            )
+        ]
 
 
 class Random:
@@ -177,8 +199,9 @@ class Antipodal:
         depth = gaussian_filter(np.where(image.valid, image.depth, table), 1.0)
         gy, gx = np.gradient(depth)
         steep = np.hypot(gx, gy)
-        edge_rows, edge_columns = np.nonzero((steep > 0.003) & (cv2.dilate(mask.astype(np.uint8),
-                                                                          np.ones((5, 5), np.uint8)) > 0))
+        edge_rows, edge_columns = np.nonzero(
+            (steep > 0.003) & (cv2.dilate(mask.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0)
+        )
         if len(edge_rows) < 2:
             return []
         first, second = self._rng.integers(len(edge_rows), size=(2, self.SAMPLES))
@@ -202,6 +225,13 @@ class Antipodal:
         spread = np.sqrt(len(rows))
         score = aligned * np.exp(-np.linalg.norm(middle - centre, axis=1) / spread)
         order = [i for i in np.argsort(-score, kind="stable") if good[i]][:10]
-        return [Grasp(float(middle[i, 0]), float(middle[i, 1]),
-                      wrap_angle(math.atan2(-line[i, 1], line[i, 0])),
-                      float(min(length[i] + 14, widest)), float(np.clip(score[i], 0, 1))) for i in order]
+        return [
+            Grasp(
+                float(middle[i, 0]),
+                float(middle[i, 1]),
+                wrap_angle(math.atan2(-line[i, 1], line[i, 0])),
+                float(min(length[i] + 14, widest)),
+                float(np.clip(score[i], 0, 1)),
+            )
+            for i in order
+        ]

@@ -102,8 +102,11 @@ def sources(module_name: str) -> dict[str, str]:
     found = {own}
     for name, other in list(sys.modules.items()):
         path = str(getattr(other, "__file__", None))
-        if name.partition(".")[0] in ("grasp_bench", "__main__") or not path.endswith(".py") or (
-                "site-packages" in path):
+        if (
+            name.partition(".")[0] in ("grasp_bench", "__main__")
+            or not path.endswith(".py")
+            or ("site-packages" in path)
+        ):
             continue
         neighbour = Path(path).resolve()
         if neighbour.is_relative_to(folder) and neighbour.is_file():  # some modules name no real file
@@ -115,8 +118,9 @@ def sources(module_name: str) -> dict[str, str]:
         except OSError as error:
             if path != own and isinstance(error, FileNotFoundError):
                 continue
-            raise PredictorError(f"{path}, a file of {module_name}, cannot be read ({error.strerror}); "
-                                 "restore it.") from error
+            raise PredictorError(
+                f"{path}, a file of {module_name}, cannot be read ({error.strerror}); restore it."
+            ) from error
     return hashes
 
 
@@ -126,8 +130,9 @@ def _plain(name: str, info: Any) -> Any:
     except PredictorError:
         raise
     except (Exception, SystemExit) as error:  # a foreign method, or something that is not JSON
-        raise PredictorError(f"info() of {name} failed or is not JSON: "
-                             f"{type(error).__name__}: {error}") from error
+        raise PredictorError(
+            f"info() of {name} failed or is not JSON: {type(error).__name__}: {error}"
+        ) from error
 
 
 def _distribution(name: str, module_name: str) -> str | None:

@@ -90,8 +90,13 @@ class LevelView:
         moved = np.column_stack([pixels, np.ones(3)]) @ np.linalg.inv(self.homography).T
         centre, first, second = moved[:, :2] / moved[:, 2:]
         dx, dy = second - first
-        return Grasp(float(centre[0]), float(centre[1]), wrap_angle(math.atan2(-dy, dx)), math.hypot(dx, dy),
-                     grasp.quality)
+        return Grasp(
+            float(centre[0]),
+            float(centre[1]),
+            wrap_angle(math.atan2(-dy, dx)),
+            math.hypot(dx, dy),
+            grasp.quality,
+        )
 
     def inside(self, grasps: list[Grasp]) -> list[Grasp]:
         """Grasps in pixels of the original, without those that it does not show."""
@@ -116,19 +121,28 @@ def level_view(image: RgbdImage) -> LevelView | None:
     given = image.intrinsics
     focal = given.fx * plane.normal[2]
     middle = turn @ given.deproject([given.width / 2, given.height / 2], np.ones(()))
-    level = Intrinsics(given.width, given.height, focal, focal * given.fy / given.fx,
-                       given.width / 2 - focal * middle[0] / middle[2],
-                       given.height / 2 - focal * given.fy / given.fx * middle[1] / middle[2])
+    level = Intrinsics(
+        given.width,
+        given.height,
+        focal,
+        focal * given.fy / given.fx,
+        given.width / 2 - focal * middle[0] / middle[2],
+        given.height / 2 - focal * given.fy / given.fx * middle[1] / middle[2],
+    )
     homography = np.asarray(level.matrix @ turn @ np.linalg.inv(given.matrix), float)
     # OpenCV puts pixel centres at integers, this project at integers + 0.5.
     half = np.array([[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1]])
     warp = np.asarray(np.linalg.inv(half) @ homography @ half, float)
     size = (given.width, given.height)
     depth = (image.depth * (given.rays() @ plane.normal)).astype(np.float32)
-    return LevelView(RgbdImage(
-        np.asarray(cv2.warpPerspective(image.rgb, warp, size, flags=cv2.INTER_LINEAR), np.uint8),
-        np.asarray(cv2.warpPerspective(depth, warp, size, flags=cv2.INTER_NEAREST), np.float32), level),
-        homography)
+    return LevelView(
+        RgbdImage(
+            np.asarray(cv2.warpPerspective(image.rgb, warp, size, flags=cv2.INTER_LINEAR), np.uint8),
+            np.asarray(cv2.warpPerspective(depth, warp, size, flags=cv2.INTER_NEAREST), np.float32),
+            level,
+        ),
+        homography,
+    )
 
 
 _Predict = TypeVar("_Predict", bound=Callable[..., list[Grasp]])

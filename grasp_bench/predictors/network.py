@@ -38,8 +38,9 @@ class NetworkPredictor:
         kind, crop: the network's input and its side [px].
     """
 
-    def __init__(self, name: str = "htc-grasp", weights: Path | None = None, peaks: int = 10,
-                 level: bool = True) -> None:
+    def __init__(
+        self, name: str = "htc-grasp", weights: Path | None = None, peaks: int = 10, level: bool = True
+    ) -> None:
         import torch
 
         from grasp_bench.networks import info, input_kind
@@ -52,8 +53,7 @@ class NetworkPredictor:
         self._device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         network, self.metadata = load(name, weights)
         self.kind: Kind = input_kind(name, stored_input(self.metadata))
-        self._network = network.to(self._device).to(
-            memory_format=torch.channels_last)  # pyright: ignore[reportCallIssue]
+        self._network = network.to(self._device).to(memory_format=torch.channels_last)  # pyright: ignore[reportCallIssue]
 
     def predict(self, image: RgbdImage) -> list[Grasp]:
         """Grasps in pixels of the whole image, best first; empty if the network sees none.
@@ -74,7 +74,7 @@ class NetworkPredictor:
         ox, oy = self.crop_origin
         height, width = image.depth.shape
         inside = np.zeros_like(maps.quality)
-        inside[max(-oy, 0):height - oy, max(-ox, 0):width - ox] = 1
+        inside[max(-oy, 0) : height - oy, max(-ox, 0) : width - ox] = 1
         peaks = replace(maps, quality=maps.quality * inside).peaks(count=self.peaks)
         return [replace(g, x=g.x + ox, y=g.y + oy) for g in peaks]
 
@@ -105,8 +105,8 @@ def centre_crop(image: RgbdImage, size: int) -> tuple[np.ndarray, np.ndarray, tu
     """(size, size, 3) rgb and (size, size) depth of the image's middle, and the crop's corner."""
     height, width = image.depth.shape
     ox, oy = (width - size) // 2, (height - size) // 2
-    rgb = image.rgb[max(oy, 0):max(oy, 0) + size, max(ox, 0):max(ox, 0) + size]
-    depth = image.depth[max(oy, 0):max(oy, 0) + size, max(ox, 0):max(ox, 0) + size]
+    rgb = image.rgb[max(oy, 0) : max(oy, 0) + size, max(ox, 0) : max(ox, 0) + size]
+    depth = image.depth[max(oy, 0) : max(oy, 0) + size, max(ox, 0) : max(ox, 0) + size]
     if ox < 0 or oy < 0:
         before = (max(-oy, 0), max(-ox, 0))
         pad = [(b, size - b - n) for b, n in zip(before, depth.shape, strict=True)]

@@ -70,12 +70,15 @@ class PrivilegedPredictor(ABC):
 
     def predict(self, image: RgbdImage) -> list[Grasp]:
         """Refused: there is nothing to go by without the truth."""
-        raise PredictorError(f"{type(self).__name__} is a control that needs the simulator's truth; "
-                             "it cannot predict from an image alone")
+        raise PredictorError(
+            f"{type(self).__name__} is a control that needs the simulator's truth; "
+            "it cannot predict from an image alone"
+        )
 
 
-def answer(predictor: Predictor, image: RgbdImage, truth: GroundTruth,
-           rng: np.random.Generator) -> list[Grasp]:
+def answer(
+    predictor: Predictor, image: RgbdImage, truth: GroundTruth, rng: np.random.Generator
+) -> list[Grasp]:
     """Ask a predictor, or a control that may see the truth, and check what it says.
 
     Raises:
@@ -94,8 +97,9 @@ def ask(predictor: Predictor, image: RgbdImage, rng: np.random.Generator) -> lis
     return _ask(predictor, image, rng, None)
 
 
-def _ask(predictor: Predictor, image: RgbdImage, rng: np.random.Generator,
-         truth: GroundTruth | None) -> list[Grasp]:
+def _ask(
+    predictor: Predictor, image: RgbdImage, rng: np.random.Generator, truth: GroundTruth | None
+) -> list[Grasp]:
     begin = getattr(predictor, "begin", None)
     own = replace(image, rgb=image.rgb.copy(), depth=image.depth.copy())  # the planner needs the original
     try:
@@ -132,14 +136,17 @@ def checked(grasps: Any, intrinsics: Intrinsics) -> list[Grasp]:
                 raise TypeError("text")
             values = [float(v) for v in fields]
         except Exception as error:  # arrays and tensors of several values raise what they like
-            raise PredictorError(f"grasp {i} holds something that is not a number: "
-                                 f"{str(grasp)[:200]}") from error
+            raise PredictorError(
+                f"grasp {i} holds something that is not a number: {str(grasp)[:200]}"
+            ) from error
         x, y, angle, width, quality = values
         if not all(map(math.isfinite, values)):
             raise PredictorError(f"grasp {i} holds NaN or infinity: {grasp}")
         if not (0 <= x <= intrinsics.width and 0 <= y <= intrinsics.height):
-            raise PredictorError(f"grasp {i} at ({x:.1f}, {y:.1f}) px is outside the "
-                                 f"{intrinsics.width}×{intrinsics.height} image")
+            raise PredictorError(
+                f"grasp {i} at ({x:.1f}, {y:.1f}) px is outside the "
+                f"{intrinsics.width}×{intrinsics.height} image"
+            )
         if width <= 0:
             raise PredictorError(f"grasp {i} has a width of {width:.3f} px; it must be positive")
         sound.append(Grasp(x, y, wrap_angle(angle), width, min(1.0, max(0.0, quality))))

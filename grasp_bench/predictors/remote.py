@@ -55,9 +55,13 @@ class RemotePredictor:
         self._seed = wire.seed_of(np.random.default_rng(0))
         # Environment proxies would send a loopback request elsewhere. Connections are not kept: one that the
         # server drops between two trials would fail the second.
-        self._client = httpx.AsyncClient(trust_env=False, follow_redirects=False, timeout=None,
-                                         headers={"Accept-Encoding": "identity", "Connection": "close"},
-                                         limits=httpx.Limits(max_keepalive_connections=0))
+        self._client = httpx.AsyncClient(
+            trust_env=False,
+            follow_redirects=False,
+            timeout=None,
+            headers={"Accept-Encoding": "identity", "Connection": "close"},
+            limits=httpx.Limits(max_keepalive_connections=0),
+        )
 
     def begin(self, rng: np.random.Generator) -> None:
         """Take the trial's random stream; its state travels with the image."""
@@ -70,8 +74,9 @@ class RemotePredictor:
             UnansweredError: when there is no answer in time.
             PredictorError: for one that cannot be used, saying why.
         """
-        status, body = self._ask("POST", "/predict", wire.encode_request(image, self._seed), self._seconds,
-                                 wire.ANSWER_BYTES)
+        status, body = self._ask(
+            "POST", "/predict", wire.encode_request(image, self._seed), self._seconds, wire.ANSWER_BYTES
+        )
         if status != 200:
             raise PredictorError(_reason(body) or f"{self._label} answered with status {status}")
         try:
@@ -96,8 +101,9 @@ class RemotePredictor:
             if content.get("protocol") != wire.PROTOCOL:
                 raise PredictorError(f"protocol {content.get('protocol')!r}, not {wire.PROTOCOL}")
         except PredictorError as error:
-            raise PredictorError(f"{self._label}/info is not that of a grasp predictor: {error}; "
-                                 "see docs/predictors.md.") from error
+            raise PredictorError(
+                f"{self._label}/info is not that of a grasp predictor: {error}; see docs/predictors.md."
+            ) from error
         return content
 
     def close(self) -> None:
@@ -114,8 +120,9 @@ class RemotePredictor:
         except httpx.HTTPError as error:
             raise UnansweredError(f"{self._label} broke off ({type(error).__name__}: {error})") from error
 
-    async def _exchange(self, method: str, path: str, content: bytes, seconds: float, limit: int,
-                        ) -> tuple[int, bytes]:
+    async def _exchange(
+        self, method: str, path: str, content: bytes, seconds: float, limit: int
+    ) -> tuple[int, bytes]:
         """One request, with the deadline on the whole of it: a server may drip as slowly as it likes."""
         refused: httpx.ConnectError | None = None
         try:
@@ -132,8 +139,10 @@ class RemotePredictor:
     async def _attempt(self, method: str, path: str, content: bytes, limit: int) -> tuple[int, bytes]:
         async with self._client.stream(method, self._address + path, content=content) as answer:
             if answer.is_redirect:
-                raise PredictorError(f"{self._label} redirects to {answer.headers['location'][:100]}; "
-                                     "redirects are not followed")
+                raise PredictorError(
+                    f"{self._label} redirects to {answer.headers['location'][:100]}; "
+                    "redirects are not followed"
+                )
             if answer.headers.get("content-encoding", "identity") != "identity":
                 raise PredictorError(f"{self._label} answered compressed, which was not asked for")
             body = bytearray()
@@ -158,13 +167,21 @@ def _checked_address(address: str) -> str:
         url = httpx.URL(address)
         port = url.port
     except (httpx.InvalidURL, ValueError) as error:
-        raise PredictorError(f"{address!r} is not an address ({error}); it must look like "
-                             "http://127.0.0.1:8000.") from error
+        raise PredictorError(
+            f"{address!r} is not an address ({error}); it must look like http://127.0.0.1:8000."
+        ) from error
     impossible = port is not None and not 0 < port < 2**16
-    if url.scheme not in ("http", "https") or not url.host or impossible or url.query or url.fragment or (
-            any(c.isspace() for c in address)):
-        raise PredictorError(f"{address!r} is not the address of a server; it must look like "
-                             "http://127.0.0.1:8000.")
+    if (
+        url.scheme not in ("http", "https")
+        or not url.host
+        or impossible
+        or url.query
+        or url.fragment
+        or (any(c.isspace() for c in address))
+    ):
+        raise PredictorError(
+            f"{address!r} is not the address of a server; it must look like http://127.0.0.1:8000."
+        )
     if url.userinfo:
         raise PredictorError("Leave name and password out of the address: it is written to run.json.")
     return address.rstrip("/")
@@ -183,6 +200,7 @@ def is_loopback(host: str) -> bool:
 # ---------------------------------------------------------------- a loop of its own
 
 # The caller may run an event loop already, as notebooks do, so exchanges run on another thread's.
+
 
 @functools.cache
 def _loop(process: int) -> asyncio.AbstractEventLoop:

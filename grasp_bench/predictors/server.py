@@ -94,8 +94,10 @@ def servable(name: str) -> tuple[Predictor, dict[str, Any]]:
     """
     predictor = load_predictor(name)
     if isinstance(predictor, PrivilegedPredictor):
-        raise PredictorError(f"{name} cannot be served: it is a control that needs the object's true pose, "
-                             "which no request holds. Run it with --predictor " + name + ".")
+        raise PredictorError(
+            f"{name} cannot be served: it is a control that needs the object's true pose, "
+            "which no request holds. Run it with --predictor " + name + "."
+        )
     return predictor, {"predictor": name, **describe(name, predictor)}
 
 
@@ -113,8 +115,9 @@ def listen(host: str, port: int) -> socket.socket:
         server.listen(128)
         return server
     except (OSError, OverflowError) as error:
-        raise GraspBenchError(f"Nothing can listen at {host}:{port} ({error}); choose another --port, "
-                              "0 for any that is free.") from error
+        raise GraspBenchError(
+            f"Nothing can listen at {host}:{port} ({error}); choose another --port, 0 for any that is free."
+        ) from error
 
 
 def serve(app: Starlette, server: socket.socket) -> None:

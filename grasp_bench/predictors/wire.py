@@ -39,8 +39,7 @@ ANSWER_BYTES = 2**20
 INFO_BYTES = 2**16
 """Largest answer to ``GET /info``."""
 
-_ARRAYS = {"rgb": np.dtype(np.uint8), "depth": np.dtype("<f4"), "K": np.dtype("<f8"),
-           "seed": np.dtype("<u8")}
+_ARRAYS = {"rgb": np.dtype(np.uint8), "depth": np.dtype("<f4"), "K": np.dtype("<f8"), "seed": np.dtype("<u8")}
 _FIELDS = ("x", "y", "angle", "width", "quality")
 
 Seed = NDArray[np.uint64]
@@ -51,6 +50,7 @@ class RequestError(GraspBenchError):
 
 
 # ---------------------------------------------------------------- what is random
+
 
 def seed_of(rng: np.random.Generator) -> Seed:
     """(4,) state of a trial's fresh random stream.
@@ -69,12 +69,17 @@ def generator(seed: Seed) -> np.random.Generator:
     """The trial's random stream, exactly as a predictor in the harness's own process gets it."""
     high, low, inc_high, inc_low = (int(word) for word in seed)
     bits = np.random.PCG64(0)
-    bits.state = {"bit_generator": "PCG64", "has_uint32": 0, "uinteger": 0,
-                  "state": {"state": high << 64 | low, "inc": inc_high << 64 | inc_low}}
+    bits.state = {
+        "bit_generator": "PCG64",
+        "has_uint32": 0,
+        "uinteger": 0,
+        "state": {"state": high << 64 | low, "inc": inc_high << 64 | inc_low},
+    }
     return np.random.Generator(bits)
 
 
 # ---------------------------------------------------------------- requests
+
 
 def encode_request(image: RgbdImage, seed: Seed) -> bytes:
     """Body of ``POST /predict``."""
@@ -148,14 +153,18 @@ def _array(raw: bytes, member: str) -> NDArray[Any]:
     wanted = _ARRAYS[member.removesuffix(".npy")]
     if dtype != wanted:
         raise RequestError(f"{member} must hold {wanted}, got {dtype}")
-    if len(shape) > 3 or min(shape, default=1) < 0 or (
-            math.prod(shape) * wanted.itemsize != len(raw) - stream.tell()):
+    if (
+        len(shape) > 3
+        or min(shape, default=1) < 0
+        or (math.prod(shape) * wanted.itemsize != len(raw) - stream.tell())
+    ):
         raise RequestError(f"{member} claims the shape {shape}, which is not what it holds")
     flat = np.frombuffer(raw, wanted, offset=stream.tell())
     return flat.reshape(shape, order="F" if fortran else "C").copy()
 
 
 # ---------------------------------------------------------------- answers
+
 
 def encode_answer(grasps: list[Grasp]) -> bytes:
     """Body of a good answer; numbers survive it to the bit."""
@@ -171,15 +180,18 @@ def decode_answer(body: bytes) -> list[Grasp]:
     """
     content = decode_object(body)
     if set(content) != {"grasps"} or not isinstance(content["grasps"], list):
-        raise PredictorError('the answer must be {"grasps": […]}, got the keys '
-                             f"{', '.join(map(repr, list(content)[:8])) or '(none)'}")
+        raise PredictorError(
+            'the answer must be {"grasps": […]}, got the keys '
+            f"{', '.join(map(repr, list(content)[:8])) or '(none)'}"
+        )
     return [_grasp(i, row) for i, row in enumerate(content["grasps"])]
 
 
 def _grasp(i: int, row: Any) -> Grasp:
     if not isinstance(row, dict) or not set(_FIELDS[:4]) <= set(row) <= set(_FIELDS):
-        raise PredictorError(f"grasp {i} of the answer must have x, y, angle, width and quality, got "
-                             f"{repr(row)[:100]}")
+        raise PredictorError(
+            f"grasp {i} of the answer must have x, y, angle, width and quality, got {repr(row)[:100]}"
+        )
     for name, value in row.items():
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise PredictorError(f"grasp {i} of the answer: {name} must be a number, got {repr(value)[:100]}")
@@ -192,6 +204,7 @@ def decode_object(body: bytes) -> dict[str, Any]:
     Raises:
         PredictorError: for anything else.
     """
+
     def refuse(token: str) -> None:
         raise ValueError(f"{token} is not a number")
 

@@ -58,8 +58,10 @@ class BrowserReplay:
     def __init__(self, replay: Replay, server: viser.ViserServer) -> None:
         self.takes = [t for t in replay.takes if t.done.image is not None and t.done.world is not None]
         if not self.takes:
-            raise GraspBenchError(f"Trial {replay.record['trial']} ended before there was an image "
-                                  f"({replay.record['outcome']}); there is nothing to show.")
+            raise GraspBenchError(
+                f"Trial {replay.record['trial']} ended before there was an image "
+                f"({replay.record['outcome']}); there is nothing to show."
+            )
         self.server, self._scenario = server, replay.scenario
         server.scene.set_up_direction("+z")
         server.on_client_connect(self.aim)
@@ -107,8 +109,13 @@ class BrowserReplay:
         for number, mesh in enumerate(self.stage.meshes):
             if mesh.body not in frames:
                 frames[mesh.body] = scene.add_frame(f"/bodies/{mesh.body}", show_axes=False)
-            scene.add_mesh_simple(f"/bodies/{mesh.body}/{number}", mesh.vertices, mesh.faces,
-                                  color=mesh.color, flat_shading=True)
+            scene.add_mesh_simple(
+                f"/bodies/{mesh.body}/{number}",
+                mesh.vertices,
+                mesh.faces,
+                color=mesh.color,
+                flat_shading=True,
+            )
         return frames
 
     def _add_camera(self) -> None:
@@ -118,14 +125,24 @@ class BrowserReplay:
         mujoco.mju_mat2Quat(quaternion, pose.rotation.ravel())
         small = np.ascontiguousarray(image.rgb[::2, ::2])
         self._frustum = self.server.scene.add_camera_frustum(
-            "/camera", fov=image.intrinsics.vertical_fov, scale=0.12, image=small, wxyz=quaternion,
-            aspect=image.intrinsics.width / image.intrinsics.height, position=pose.position,
-            visible=self.frustum.value)
+            "/camera",
+            fov=image.intrinsics.vertical_fov,
+            scale=0.12,
+            image=small,
+            wxyz=quaternion,
+            aspect=image.intrinsics.width / image.intrinsics.height,
+            position=pose.position,
+            visible=self.frustum.value,
+        )
         points, colors = point_cloud(image, pose)
         kept = on_table(points, self._scenario.table)
-        self._cloud = self.server.scene.add_point_cloud("/points", points[kept].astype(np.float32),
-                                                        colors[kept], point_size=0.0015,
-                                                        visible=self.cloud.value)
+        self._cloud = self.server.scene.add_point_cloud(
+            "/points",
+            points[kept].astype(np.float32),
+            colors[kept],
+            point_size=0.0015,
+            visible=self.cloud.value,
+        )
 
     def _add_panel(self, replay: Replay) -> None:
         gui = self.server.gui

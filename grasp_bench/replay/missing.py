@@ -40,8 +40,11 @@ def render_missing(folders: list[Path], mode: str, objects: Path | None) -> None
         with Progress(count) as bar:
             done = rerender(folder, mode, objects, os.cpu_count() or 1, bar.update)
         if done.differing:
-            typer.echo(f"{folder}: {len(done.differing)} trials did not end as recorded and got no pictures "
-                       f"(trial {done.differing[0]} first); `grasp-bench replay {folder} --trial "
-                       f"{done.differing[0]}` says what differs.", err=True)
+            typer.echo(
+                f"{folder}: {len(done.differing)} trials did not end as recorded and got no pictures "
+                f"(trial {done.differing[0]} first); `grasp-bench replay {folder} --trial "
+                f"{done.differing[0]}` says what differs.",
+                err=True,
+            )
         for number, why in list(done.failed.items())[:1]:
             typer.echo(f"{folder}: no pictures of {len(done.failed)} trials; trial {number}: {why}", err=True)

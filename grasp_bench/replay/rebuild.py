@@ -72,8 +72,9 @@ class _Camera:
         self._takes.append(Take.of(done, self._recording, predictor, self._attempt))
 
 
-def rebuild(folder: Path, trial: int, objects: Path | None = None, every: int = 5,
-            attempt: int | None = None) -> Replay:
+def rebuild(
+    folder: Path, trial: int, objects: Path | None = None, every: int = 5, attempt: int | None = None
+) -> Replay:
     """Do a trial of the run in ``folder`` again.
 
     Args:
@@ -111,21 +112,38 @@ def rebuild(folder: Path, trial: int, objects: Path | None = None, every: int = 
     return Replay(run, stored, new, tuple(takes), settings.scenario, differs, causes)
 
 
-def _again(settings: Settings, catalog: Catalog, job: Job, predictor: Predictor, every: int,
-           attempt: int | None) -> tuple[dict[str, Any], list[Take]]:
+def _again(
+    settings: Settings, catalog: Catalog, job: Job, predictor: Predictor, every: int, attempt: int | None
+) -> tuple[dict[str, Any], list[Take]]:
     """The record of a job that is done now, and what there is to show of it."""
     cell = Workcell(settings.scenario, settings.renderer)
     takes: list[Take] = []
     if settings.scenario.clutter is not None:
+
         def watch(number: int) -> _Camera | None:
             return _Camera(takes, every, number) if attempt in (None, number) else None
 
-        episode = run_episode(cell, catalog, predictor, job.object, trial=job.trial, attempt=job.attempt,
-                              seed=settings.seed, watch=watch)
+        episode = run_episode(
+            cell,
+            catalog,
+            predictor,
+            job.object,
+            trial=job.trial,
+            attempt=job.attempt,
+            seed=settings.seed,
+            watch=watch,
+        )
         return episode.record, takes
     camera = _Camera(takes, every)
-    done = run_trial(cell, catalog.load(job.object), predictor, trial=job.trial, attempt=job.attempt,
-                     seed=settings.seed, observer=camera)
+    done = run_trial(
+        cell,
+        catalog.load(job.object),
+        predictor,
+        trial=job.trial,
+        attempt=job.attempt,
+        seed=settings.seed,
+        observer=camera,
+    )
     camera.keep(done, predictor)
     return done.record.to_json(), takes
 
@@ -137,8 +155,10 @@ def _differences(stored: dict[str, Any], new: dict[str, Any], where: str = "") -
         if dump({"": was}) == dump({"": now}):
             continue
         if key == "clutter" and was and now:
-            yield from _differences({k: v for k, v in was.items() if k != "attempts"},
-                                    {k: v for k, v in now.items() if k != "attempts"})
+            yield from _differences(
+                {k: v for k, v in was.items() if k != "attempts"},
+                {k: v for k, v in now.items() if k != "attempts"},
+            )
             for number, (one, other) in enumerate(zip(was["attempts"], now["attempts"], strict=False)):
                 yield from _differences(one, other, f"attempt {number}, ")
             if len(was["attempts"]) != len(now["attempts"]):
@@ -196,8 +216,10 @@ def job_of(run: dict[str, Any], stored: dict[str, Any], folder: Path) -> Job:
         raise ResultsError(f"{folder / 'run.json'} names no objects; restore it.")
     job = spread(names, run["trials"]).job(stored["trial"])
     if job.object != stored["object"]:
-        raise ResultsError(f"Trial {job.trial} of {folder} is of {stored['object']} in its record and of "
-                           f"{job.object} in run.json; the files were mixed up.")
+        raise ResultsError(
+            f"Trial {job.trial} of {folder} is of {stored['object']} in its record and of "
+            f"{job.object} in run.json; the files were mixed up."
+        )
     return job
 
 

@@ -43,10 +43,14 @@ def missing(folder: Path, mode: str) -> dict[int, dict[str, Any]]:
     for line in scan(folder / TRIALS, unique=False):
         record = line.record
         tries: list[tuple[int | None, dict[str, Any]]] = (
-            list(enumerate(record["clutter"]["attempts"])) if "clutter" in record else [(None, record)])
-        if any(wanted(mode, t["success"]) and t["outcome"] not in HARNESS_FAULTS
-               and _lacks(find(folder, record["trial"], number), moved=t.get("pose") is not None)
-               for number, t in tries):
+            list(enumerate(record["clutter"]["attempts"])) if "clutter" in record else [(None, record)]
+        )
+        if any(
+            wanted(mode, t["success"])
+            and t["outcome"] not in HARNESS_FAULTS
+            and _lacks(find(folder, record["trial"], number), moved=t.get("pose") is not None)
+            for number, t in tries
+        ):
             lacking[record["trial"]] = record
     return lacking
 
@@ -55,8 +59,13 @@ def _lacks(media: Media, moved: bool) -> bool:
     return media.sheet is None or (moved and media.clip is None)
 
 
-def rerender(folder: Path, mode: str, objects: Path | None = None, workers: int = 0,
-             progress: Callable[[dict[str, Any]], None] = lambda record: None) -> Rerendered:
+def rerender(
+    folder: Path,
+    mode: str,
+    objects: Path | None = None,
+    workers: int = 0,
+    progress: Callable[[dict[str, Any]], None] = lambda record: None,
+) -> Rerendered:
     """Do trials of a run again to have their pictures and clips; its records are not touched.
 
     Args:

@@ -16,8 +16,10 @@ from grasp_bench.trials.attempt import Trial
 def story(replay: Replay) -> list[str]:
     """One sentence or two a step, in order; of an episode, attempt after attempt."""
     record, scenario = replay.record, replay.scenario
-    told = [f"Trial {record['trial']}: {record['object']} ({record['category']}), scenario {scenario.name}, "
-            f"seed {record['seed']}, predictor {replay.run['predictor']}."]
+    told = [
+        f"Trial {record['trial']}: {record['object']} ({record['category']}), scenario {scenario.name}, "
+        f"seed {record['seed']}, predictor {replay.run['predictor']}."
+    ]
     if "clutter" not in record:
         return [*told, *(line for take in replay.takes for line in tell(take))]
     episode = record["clutter"]
@@ -39,14 +41,18 @@ def tell(take: Take) -> list[str]:
     valid = done.image.valid.mean()
     near = float(np.percentile(done.image.depth[done.image.valid], 0.1)) if valid else math.nan
     size = done.image.intrinsics
-    told = [f"Seen: {size.width}×{size.height} pixels, {valid:.1%} of them with a depth, the nearest at "
-            f"{1000 * near:.0f} mm."]
+    told = [
+        f"Seen: {size.width}×{size.height} pixels, {valid:.1%} of them with a depth, the nearest at "
+        f"{1000 * near:.0f} mm."
+    ]
     if not done.grasps:
         return [*told, f"Proposed: nothing. Ended: {record.outcome}. {record.detail}"]
     best = done.grasps[0]
     many = f"{len(done.grasps)} grasps, the best" if len(done.grasps) > 1 else "one grasp,"
-    told.append(f"Proposed: {many} at x {best.x:.1f}, y {best.y:.1f} px, {math.degrees(best.angle):.1f}°, "
-                f"{best.width:.1f} px wide, quality {best.quality:.2f}.")
+    told.append(
+        f"Proposed: {many} at x {best.x:.1f}, y {best.y:.1f} px, {math.degrees(best.angle):.1f}°, "
+        f"{best.width:.1f} px wide, quality {best.quality:.2f}."
+    )
     told += _motion(done)
     told += _contact(take.moments[:-1])
     held = f"lifted {1000 * record.lift_height:.0f} mm and held with {record.contact_force:.0f} N a finger"
@@ -59,8 +65,10 @@ def _motion(done: Trial) -> list[str]:
     if plan is None:
         return ["Planned: none of them can be carried out."]
     x, y, z = 1000 * plan.pose.position
-    told = [f"Planned: number {record.rank} of them (from 0), fingers at x {x:.0f}, y {y:.0f}, z {z:.0f} mm, "
-            f"{1000 * plan.pose.opening:.0f} mm apart."]
+    told = [
+        f"Planned: number {record.rank} of them (from 0), fingers at x {x:.0f}, y {y:.0f}, z {z:.0f} mm, "
+        f"{1000 * plan.pose.opening:.0f} mm apart."
+    ]
     if record.tcp_error is not None:
         distance, angle = record.tcp_error
         told.append(f"Reached: within {1000 * distance:.2f} mm and {math.degrees(angle):.2f}°.")
@@ -80,6 +88,9 @@ def _contact(moments: Sequence[Moment]) -> list[str]:
     if last == len(held) - 1:
         return [f"{told} to the end at {moments[-1].time:.2f} s."]
     lost = moments[last + 1].touch
-    which = "both fingers" if lost is None or lost.left + lost.right == 0 else \
-        f"the {'left' if lost.left == 0 else 'right'} finger"
+    which = (
+        "both fingers"
+        if lost is None or lost.left + lost.right == 0
+        else f"the {'left' if lost.left == 0 else 'right'} finger"
+    )
     return [f"{told} to {moments[last].time:.2f} s, when {which} lost it."]

@@ -42,8 +42,10 @@ def check_kind(path: Path) -> float:
         try:
             import imageio_ffmpeg  # noqa: F401
         except ImportError as error:
-            raise GraspBenchError(f"{kind[1:]} films need ffmpeg: pip install 'grasp-bench[video]'; .gif and "
-                                  ".webp need nothing.") from error
+            raise GraspBenchError(
+                f"{kind[1:]} films need ffmpeg: pip install 'grasp-bench[video]'; .gif and "
+                ".webp need nothing."
+            ) from error
     return RATES[kind]
 
 
@@ -77,8 +79,10 @@ def _frames(replay: Replay, rate: float, size: tuple[int, int], opengl: bool) ->
     """One try after the other; the end of each is shown for a while."""
     seen = [t for t in replay.takes if t.done.image is not None and t.done.world is not None]
     if not seen:
-        raise GraspBenchError(f"Trial {replay.record['trial']} ended before there was an image "
-                              f"({replay.record['outcome']}); there is nothing to show.")
+        raise GraspBenchError(
+            f"Trial {replay.record['trial']} ended before there was an image "
+            f"({replay.record['outcome']}); there is nothing to show."
+        )
     for take in seen:
         yield from _try(take, replay.scenario, rate, size, opengl)
 

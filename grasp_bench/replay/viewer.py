@@ -24,8 +24,10 @@ def check_display() -> None:
         GraspBenchError: naming the way that needs no display.
     """
     if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise GraspBenchError("There is no display for MuJoCo's viewer; --browser shows the trial in a web "
-                              "browser, --video makes a film of it.")
+        raise GraspBenchError(
+            "There is no display for MuJoCo's viewer; --browser shows the trial in a web "
+            "browser, --video makes a film of it."
+        )
 
 
 def show(replay: Replay) -> None:
@@ -42,8 +44,10 @@ def show(replay: Replay) -> None:
 
     takes = [t for t in replay.takes if t.moved]
     if not takes:
-        raise GraspBenchError(f"In trial {replay.record['trial']} nothing moved "
-                              f"({replay.record['outcome']}); there is nothing to play.")
+        raise GraspBenchError(
+            f"In trial {replay.record['trial']} nothing moved "
+            f"({replay.record['outcome']}); there is nothing to play."
+        )
     for take in takes:
         world = take.done.world
         assert world is not None

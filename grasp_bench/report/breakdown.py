@@ -26,8 +26,11 @@ def object_facts(run: Run, catalog: Catalog) -> dict[str, dict[str, Any]]:
     for name, files in (run.info.get("objects") or {}).items():
         entry = catalog.entries.get(name)
         if entry is not None and entry["files"] == files:
-            facts[name] = {"family": str(entry.get("family") or UNKNOWN), "mass": float(entry["mass"]),
-                           "size": float(max(entry["extents"]))}
+            facts[name] = {
+                "family": str(entry.get("family") or UNKNOWN),
+                "mass": float(entry["mass"]),
+                "size": float(max(entry["extents"])),
+            }
     return facts
 
 
@@ -77,12 +80,17 @@ def breakdowns(runs: Sequence[Run], facts: Sequence[dict[str, dict[str, Any]]]) 
     kinds: list[tuple[str, str, list[str], Callable[[str, dict[str, dict[str, Any]]], str]]] = [
         ("family", "kind of object", [], lambda n, f: of(n, "family", f) or UNKNOWN),
         ("mass", "mass", masses, lambda n, f: bin_of(of(n, "mass", f), MASS_EDGES, masses)),
-        ("size", "size (longest edge)", sizes, lambda n, f: bin_of(of(n, "size", f), SIZE_EDGES, sizes))]
+        ("size", "size (longest edge)", sizes, lambda n, f: bin_of(of(n, "size", f), SIZE_EDGES, sizes)),
+    ]
     found = []
     for key, title, order, label in kinds:
-        by_run = [tally((label(str(n), known), bool(s))
-                        for n, s in run.trials[["object", "success"]].itertuples(index=False))
-                  for run, known in zip(runs, facts, strict=True)]
+        by_run = [
+            tally(
+                (label(str(n), known), bool(s))
+                for n, s in run.trials[["object", "success"]].itertuples(index=False)
+            )
+            for run, known in zip(runs, facts, strict=True)
+        ]
         used = {name for row in by_run for name in row}
         labels = [name for name in order if name in used] or sorted(used - {UNKNOWN})
         labels += [UNKNOWN] if UNKNOWN in used and UNKNOWN not in labels else []
@@ -95,8 +103,10 @@ def breakdowns(runs: Sequence[Run], facts: Sequence[dict[str, dict[str, Any]]]) 
 
 def by_category(runs: Sequence[Run]) -> list[dict[str, Any]]:
     """One row a category with a rate (or None) a run; those that failed most come first."""
-    by_run = [tally((str(c), bool(s)) for c, s in run.trials[["category", "success"]].itertuples(index=False))
-              for run in runs]
+    by_run = [
+        tally((str(c), bool(s)) for c, s in run.trials[["category", "success"]].itertuples(index=False))
+        for run in runs
+    ]
     rows = []
     for name in {c for row in by_run for c in row}:
         cells = [row.get(name) for row in by_run]
@@ -126,8 +136,12 @@ def calibration(run: Run, bins: int = 10) -> dict[str, Any]:
         row = {"quality": mean, **rate_of(int(success[index].sum()), count)}
         rows.append(row)
         error += count * abs(mean - row["rate"])
-    return {"bins": rows, "trials": len(known), "error": error / len(known),
-            "brier": float(((quality - success) ** 2).mean())}
+    return {
+        "bins": rows,
+        "trials": len(known),
+        "error": error / len(known),
+        "brier": float(((quality - success) ** 2).mean()),
+    }
 
 
 def latency(run: Run) -> dict[str, Any]:
@@ -141,6 +155,8 @@ def latency(run: Run) -> dict[str, Any]:
     def quantiles(values: Any) -> dict[str, float]:
         return {"median": float(values.median()), "p95": float(values.quantile(0.95))}
 
-    return {"phases": {p: float(spent[p].mean()) for p in phases},
-            "predict": quantiles(table["predict"].dropna()) if "predict" in table else None,
-            "total": quantiles(spent.sum(axis=1))}
+    return {
+        "phases": {p: float(spent[p].mean()) for p in phases},
+        "predict": quantiles(table["predict"].dropna()) if "predict" in table else None,
+        "total": quantiles(spent.sum(axis=1)),
+    }

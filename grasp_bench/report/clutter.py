@@ -20,15 +20,21 @@ def summarise_clutter(episodes: Sequence[dict[str, Any]], trials: int) -> dict[s
         trials: all trials; those without an episode (timeouts, errors) emptied no table.
     """
     attempts = [a for e in episodes for a in e["attempts"]]
-    turns = [[e["attempts"][i] for e in episodes if len(e["attempts"]) > i]
-             for i in range(max((len(e["attempts"]) for e in episodes), default=0))]
+    turns = [
+        [e["attempts"][i] for e in episodes if len(e["attempts"]) > i]
+        for i in range(max((len(e["attempts"]) for e in episodes), default=0))
+    ]
     ended = Counter(a["outcome"] for a in attempts)
 
     def share(successes: int, trials: int) -> dict[str, Any]:
         if trials == 0:  # no layout came to rest, or no episode ended
             return {"successes": 0, "trials": 0, "rate": 0.0, "wilson95": [0.0, 1.0]}
-        return {"successes": successes, "trials": trials, "rate": successes / trials,
-                "wilson95": list(wilson(successes, trials))}
+        return {
+            "successes": successes,
+            "trials": trials,
+            "rate": successes / trials,
+            "wilson95": list(wilson(successes, trials)),
+        }
 
     return {
         "episodes": trials,
@@ -42,16 +48,23 @@ def summarise_clutter(episodes: Sequence[dict[str, Any]], trials: int) -> dict[s
 
 def attempts_in_words(figures: dict[str, Any]) -> str:
     """Successes of first attempts, second attempts, and so on, over the tables that saw them."""
-    return ", ".join(f"{i}: {turn['successes']}/{turn['trials']}"
-                     for i, turn in enumerate(figures["by_attempt"], 1)) or "none"
+    return (
+        ", ".join(
+            f"{i}: {turn['successes']}/{turn['trials']}" for i, turn in enumerate(figures["by_attempt"], 1)
+        )
+        or "none"
+    )
 
 
 def in_words(figures: dict[str, Any]) -> str:
     """One sentence of :func:`summarise_clutter`'s figures."""
+
     def part(key: str, verb: str) -> str:
         row = figures[key]
         low, high = row["wilson95"]
         return f"{verb} {row['successes']}/{row['trials']} = {row['rate']:.1%} ({low:.1%} – {high:.1%})"
 
-    return (f"{part('attempts', 'attempts that lifted')}, {part('cleared', 'objects cleared')}, "
-            f"{part('emptied', 'tables emptied')}")
+    return (
+        f"{part('attempts', 'attempts that lifted')}, {part('cleared', 'objects cleared')}, "
+        f"{part('emptied', 'tables emptied')}"
+    )

@@ -41,6 +41,7 @@ class Pair:
 
 def same_conditions(first: Run, second: Run) -> bool:
     """Whether equal trial numbers mean the same scene: scenario, seed and renderer agree."""
+
     def conditions(run: Run) -> list[Any]:
         scenario = {k: v for k, v in run.info["scenario"].items() if k != "description"}
         return [scenario, run.info["seed"], run.info.get("renderer")]
@@ -63,9 +64,19 @@ def compare_all(runs: Sequence[Run]) -> list[Pair]:
             continue
         ends = [(results[i][key], results[j][key]) for key in common]
         only, other = ends.count((True, False)), ends.count((False, True))
-        pairs.append(Pair(i, j, ends.count((True, True)), only, other, ends.count((False, False)),
-                          mcnemar(only, other), 1.0,
-                          tuple(key[0] for key, (a, b) in zip(common, ends, strict=True) if a != b)))
+        pairs.append(
+            Pair(
+                i,
+                j,
+                ends.count((True, True)),
+                only,
+                other,
+                ends.count((False, False)),
+                mcnemar(only, other),
+                1.0,
+                tuple(key[0] for key, (a, b) in zip(common, ends, strict=True) if a != b),
+            )
+        )
     adjusted = holm([p.p_value for p in pairs])
     return [Pair(**{**vars(p), "adjusted": a}) for p, a in zip(pairs, adjusted, strict=True)]
 
@@ -73,8 +84,10 @@ def compare_all(runs: Sequence[Run]) -> list[Pair]:
 def _results(run: Run) -> dict[tuple[int, str, str], bool]:
     """Success by trial number, object and the object's files."""
     files = run.info.get("objects") or {}
-    return {(int(t), str(o), str(sorted((files.get(o) or {}).items()))): bool(s)
-            for t, o, s in run.trials[["trial", "object", "success"]].itertuples(index=False)}
+    return {
+        (int(t), str(o), str(sorted((files.get(o) or {}).items()))): bool(s)
+        for t, o, s in run.trials[["trial", "object", "success"]].itertuples(index=False)
+    }
 
 
 def holm(p_values: Sequence[float]) -> list[float]:

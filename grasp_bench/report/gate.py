@@ -111,12 +111,17 @@ class Checked:
 
     def to_json(self) -> dict[str, Any]:
         """Plain data."""
-        return asdict(self) | {"new": str(self.new), "baseline": str(self.baseline),
-                               "pairs": self.pairs._asdict(), "difference": self.pairs.difference}
+        return asdict(self) | {
+            "new": str(self.new),
+            "baseline": str(self.baseline),
+            "pairs": self.pairs._asdict(),
+            "difference": self.pairs.difference,
+        }
 
 
-def check(new: Path, baseline: Path, margin: float = 0.03, alpha: float = 0.05,
-          exact: bool = False) -> Checked:
+def check(
+    new: Path, baseline: Path, margin: float = 0.03, alpha: float = 0.05, exact: bool = False
+) -> Checked:
     """Compare two runs of the same trials.
 
     Args:
@@ -145,7 +150,8 @@ def check(new: Path, baseline: Path, margin: float = 0.03, alpha: float = 0.05,
     changed = tuple(
         Changed(b["trial"], b["object"], b["outcome"], a["outcome"], _why(b, a, exact))
         for b, a in zip(before, after, strict=True)
-        if (dump(a) != dump(b) if exact else a["success"] is not b["success"]))
+        if (dump(a) != dump(b) if exact else a["success"] is not b["success"])
+    )
     interval = paired_interval(pairs, 1 - 2 * alpha)
     p_worse, p_margin = mcnemar_worse(lost, gained), non_inferiority(pairs, margin)
     if exact:
@@ -157,40 +163,61 @@ def check(new: Path, baseline: Path, margin: float = 0.03, alpha: float = 0.05,
     rate, share = successes[0] / n, gained / n
     drop = min(margin, rate)
     return Checked(
-        verdict, new, baseline, pairs, successes, margin, alpha, interval, p_worse, mcnemar(lost, gained),
-        p_margin, faults, changed,
+        verdict,
+        new,
+        baseline,
+        pairs,
+        successes,
+        margin,
+        alpha,
+        interval,
+        p_worse,
+        mcnemar(lost, gained),
+        p_margin,
+        faults,
+        changed,
         power=power_of_drop(n, drop, min(share, 1 - rate, rate - drop), alpha),
-        visible=visible_drop(n, rate, share, alpha), visible_unrelated=visible_drop(n, rate, None, alpha),
+        visible=visible_drop(n, rate, share, alpha),
+        visible_unrelated=visible_drop(n, rate, None, alpha),
         needed=trials_to_exclude(margin, lost / n, share, alpha),
-        notes=tuple(_notes(*runs, small=p_worse <= alpha and verdict is Verdict.NO_REGRESSION,
-                           faults=faults)))
+        notes=tuple(
+            _notes(*runs, small=p_worse <= alpha and verdict is Verdict.NO_REGRESSION, faults=faults)
+        ),
+    )
 
 
-def _trials(baseline: Path, new: Path, old_run: dict[str, Any], new_run: dict[str, Any],
-            ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+def _trials(
+    baseline: Path, new: Path, old_run: dict[str, Any], new_run: dict[str, Any]
+) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Records of both runs in trial order.
 
     Raises:
         NotComparableError: unless they are of the same trials.
     """
-    if found := differences(_comparable(old_run), _comparable(new_run), TRIALS_OF,
-                            ("in the baseline", "in the new run")):
-        raise NotComparableError(f"{new} and {baseline} are not of the same trials: {listed(found)}. Run "
-                                 "both with the same scenario, objects, trials and seed.")
+    if found := differences(
+        _comparable(old_run), _comparable(new_run), TRIALS_OF, ("in the baseline", "in the new run")
+    ):
+        raise NotComparableError(
+            f"{new} and {baseline} are not of the same trials: {listed(found)}. Run "
+            "both with the same scenario, objects, trials and seed."
+        )
     both = []
     for folder, run in ((baseline, old_run), (new, new_run)):
         records = sorted(read_lines(folder / TRIALS)[0], key=lambda r: r["trial"])
         planned = range(run["trials"])
         if missing := sorted(set(planned) - {r["trial"] for r in records}):
             shown = ", ".join(map(str, missing[:6])) + (" …" if len(missing) > 6 else "")
-            raise NotComparableError(f"{folder} lacks {len(missing)} of {len(planned)} trials ({shown}); "
-                                     "finish it with the command that began it, or merge its shards.")
+            raise NotComparableError(
+                f"{folder} lacks {len(missing)} of {len(planned)} trials ({shown}); "
+                "finish it with the command that began it, or merge its shards."
+            )
         both.append(records)
     for old, now in zip_longest(*both):
         if old is None or now is None or (old["trial"], old["object"]) != (now["trial"], now["object"]):
             odd = (old or now or {"trial": 0})["trial"]
-            raise NotComparableError(f"{new} and {baseline} are not of the same trials: they differ from "
-                                     f"trial {odd} on.")
+            raise NotComparableError(
+                f"{new} and {baseline} are not of the same trials: they differ from trial {odd} on."
+            )
     if not both[0]:
         raise NotComparableError(f"{baseline} holds no trial.")
     return both[0], both[1]
@@ -218,15 +245,18 @@ def _why(before: dict[str, Any], after: dict[str, Any], exact: bool) -> str:
     return f"{', '.join(keys)} differ{'s' if len(keys) == 1 else ''}"
 
 
-def _notes(old_run: dict[str, Any], new_run: dict[str, Any], small: bool,
-           faults: tuple[int, int]) -> list[str]:
+def _notes(
+    old_run: dict[str, Any], new_run: dict[str, Any], small: bool, faults: tuple[int, int]
+) -> list[str]:
     notes = []
     made_of = ("predictor", "implementation", "weights", "versions", "renderer", *ORIGIN)
     if found := differences(old_run, new_run, made_of, ("in the baseline", "in the new run")):
         notes.append(f"Not the same in both: {listed(found).rsplit(' differ', 1)[0]}.")
     if faults[1] > faults[0]:
-        notes.append(f"{faults[1]} trials of the new run ended in faults of the harness, {faults[0]} of the "
-                     "baseline; they count as failures, so look at them before the rate.")
+        notes.append(
+            f"{faults[1]} trials of the new run ended in faults of the harness, {faults[0]} of the "
+            "baseline; they count as failures, so look at them before the rate."
+        )
     if small:
         notes.append("A drop is proven, but it is smaller than the margin.")
     return notes

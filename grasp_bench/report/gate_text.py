@@ -16,18 +16,21 @@ def meaning(checked: Checked) -> str:
     """What the verdict says, in a sentence."""
     margin, low = checked.margin, checked.interval[0]
     if checked.verdict is Verdict.NO_REGRESSION:
-        return (f"A drop of {margin:.1%} or more is excluded (p = {checked.p_margin:.2g} ≤ "
-                f"{checked.alpha:g}).")
+        return f"A drop of {margin:.1%} or more is excluded (p = {checked.p_margin:.2g} ≤ {checked.alpha:g})."
     if checked.verdict is Verdict.REGRESSION:
-        return (f"The rate dropped: {checked.pairs.lost} trials were lost and {checked.pairs.gained} gained "
-                f"(p = {checked.p_worse:.2g} ≤ {checked.alpha:g}).")
+        return (
+            f"The rate dropped: {checked.pairs.lost} trials were lost and {checked.pairs.gained} gained "
+            f"(p = {checked.p_worse:.2g} ≤ {checked.alpha:g})."
+        )
     if checked.verdict is Verdict.IDENTICAL:
         return f"All {checked.pairs.trials} records are the same."
     if checked.verdict is Verdict.DIFFERENT:
         return f"{len(checked.changed)} of {checked.pairs.trials} records differ."
     more = f" About {checked.needed} trials would." if checked.needed else ""
-    return (f"No drop is proven (p = {checked.p_worse:.2g}), but one of up to {-low:.1%} is not excluded; "
-            f"these trials cannot tell a drop of {margin:.1%} from none.{more}")
+    return (
+        f"No drop is proven (p = {checked.p_worse:.2g}), but one of up to {-low:.1%} is not excluded; "
+        f"these trials cannot tell a drop of {margin:.1%} from none.{more}"
+    )
 
 
 def rows(checked: Checked) -> list[tuple[str, str]]:
@@ -37,11 +40,16 @@ def rows(checked: Checked) -> list[tuple[str, str]]:
     return [
         ("Baseline", _rate(before, n)),
         ("New", _rate(after, n)),
-        ("Difference", f"{checked.pairs.difference:+.1%}, {1 - 2 * checked.alpha:.0%} interval {low:+.1%} – "
-                       f"{high:+.1%} (Tango's score)"),
+        (
+            "Difference",
+            f"{checked.pairs.difference:+.1%}, {1 - 2 * checked.alpha:.0%} interval {low:+.1%} – "
+            f"{high:+.1%} (Tango's score)",
+        ),
         ("Pairs", f"{checked.pairs.lost} lost, {checked.pairs.gained} gained, of {n}"),
-        ("Is it a drop?", f"p = {checked.p_worse:.3g} (McNemar, exact, one-sided; two-sided "
-                          f"{checked.p_two_sided:.3g})"),
+        (
+            "Is it a drop?",
+            f"p = {checked.p_worse:.3g} (McNemar, exact, one-sided; two-sided {checked.p_two_sided:.3g})",
+        ),
         (f"Less than −{checked.margin:.1%}?", f"p = {checked.p_margin:.3g} (Tango's score, non-inferiority)"),
         ("Power", power(checked)),
         ("Harness faults", f"{checked.faults[0]} before, {checked.faults[1]} now"),
@@ -65,8 +73,10 @@ def as_text(checked: Checked) -> str:
     lines += [f"  {name:<18} {value}" for name, value in rows(checked)]
     if checked.changed:
         lines += ["", "Changed trials:"]
-        lines += [f"  {c.trial:>6} {c.object}: {c.before} → {c.after}{c.detail and f' ({c.detail})'}"
-                  for c in checked.changed[:SHOWN]]
+        lines += [
+            f"  {c.trial:>6} {c.object}: {c.before} → {c.after}{c.detail and f' ({c.detail})'}"
+            for c in checked.changed[:SHOWN]
+        ]
         if len(checked.changed) > SHOWN:
             lines.append(f"  … and {len(checked.changed) - SHOWN} more")
     lines += ["", *checked.notes] if checked.notes else []
@@ -76,13 +86,21 @@ def as_text(checked: Checked) -> str:
 def as_markdown(checked: Checked) -> str:
     """For a pull request's summary page."""
     mark = {True: "❌", False: "⚠️" if checked.verdict is Verdict.INCONCLUSIVE else "✅"}[checked.failed]
-    lines = [f"### {mark} grasp-bench: {checked.verdict}", "", _cell(meaning(checked)), "",
-             "| | |", "|---|---|"]
+    lines = [
+        f"### {mark} grasp-bench: {checked.verdict}",
+        "",
+        _cell(meaning(checked)),
+        "",
+        "| | |",
+        "|---|---|",
+    ]
     lines += [f"| {_cell(name)} | {_cell(value)} |" for name, value in rows(checked)]
     if checked.changed:
         lines += ["", "| Trial | Object | Before | Now | Why |", "|---:|---|---|---|---|"]
-        lines += [f"| {c.trial} | {_cell(c.object)} | {c.before} | {c.after} | {_cell(c.detail)} |"
-                  for c in checked.changed[:SHOWN]]
+        lines += [
+            f"| {c.trial} | {_cell(c.object)} | {c.before} | {c.after} | {_cell(c.detail)} |"
+            for c in checked.changed[:SHOWN]
+        ]
         if len(checked.changed) > SHOWN:
             lines.append(f"\n… and {len(checked.changed) - SHOWN} more.")
     lines += ["", *(f"> {_cell(note)}" for note in checked.notes)] if checked.notes else []
@@ -91,17 +109,27 @@ def as_markdown(checked: Checked) -> str:
 
 def as_junit(checked: Checked) -> bytes:
     """JUnit XML: one suite with the verdict, and a skipped test where it is inconclusive."""
-    suite = Xml.Element("testsuite", name="grasp-bench check", tests="1",
-                        failures=str(int(checked.failed)), errors="0",
-                        skipped=str(int(checked.verdict is Verdict.INCONCLUSIVE)))
+    suite = Xml.Element(
+        "testsuite",
+        name="grasp-bench check",
+        tests="1",
+        failures=str(int(checked.failed)),
+        errors="0",
+        skipped=str(int(checked.verdict is Verdict.INCONCLUSIVE)),
+    )
     properties = Xml.SubElement(suite, "properties")
     for name, value in rows(checked):
         Xml.SubElement(properties, "property", name=_xml(name), value=_xml(value))
-    case = Xml.SubElement(suite, "testcase", classname="grasp-bench.check",
-                          name=_xml(f"{checked.new} against {checked.baseline}"))
+    case = Xml.SubElement(
+        suite,
+        "testcase",
+        classname="grasp-bench.check",
+        name=_xml(f"{checked.new} against {checked.baseline}"),
+    )
     if checked.failed:
-        Xml.SubElement(case, "failure", message=_xml(meaning(checked)),
-                       type=str(checked.verdict)).text = _xml(as_text(checked))
+        Xml.SubElement(
+            case, "failure", message=_xml(meaning(checked)), type=str(checked.verdict)
+        ).text = _xml(as_text(checked))
     elif checked.verdict is Verdict.INCONCLUSIVE:
         Xml.SubElement(case, "skipped", message=_xml(meaning(checked)))
     Xml.SubElement(suite, "system-out").text = _xml(as_text(checked))

@@ -132,9 +132,15 @@ def load_row(folder: Path) -> Row:
     records, _ = read_lines(folder / TRIALS)
     won = sum(r["success"] for r in records)
     entry = BUILT_IN.get(run["predictor"])
-    return Row(read_about(folder, run), entry is not None and entry.kind == "control", won, len(records),
-               sum(r["outcome"] in HARNESS_FAULTS for r in records), wilson(won, len(records)),
-               dict(run["versions"]))
+    return Row(
+        read_about(folder, run),
+        entry is not None and entry.kind == "control",
+        won,
+        len(records),
+        sum(r["outcome"] in HARNESS_FAULTS for r in records),
+        wilson(won, len(records)),
+        dict(run["versions"]),
+    )
 
 
 def _about_fault(folder: Path, run: dict[str, Any]) -> str:
@@ -181,10 +187,15 @@ def _trials_fault(run: dict[str, Any], records: list[dict[str, Any]]) -> str:
     if not names or not isinstance(planned, int) or planned % len(names):
         return f"{planned} trials cannot be spread evenly over {len(names)} objects"
     if [r["trial"] for r in records] != list(range(planned)):
-        return (f"it holds {len(records)} of {planned} trials, or not in order; the same command again "
-                "finishes it")
-    wrong = [r["trial"] for r in records if r.get("object") != names[r["trial"] % len(names)]
-             or r.get("seed") != run.get("seed")]
+        return (
+            f"it holds {len(records)} of {planned} trials, or not in order; the same command again "
+            "finishes it"
+        )
+    wrong = [
+        r["trial"]
+        for r in records
+        if r.get("object") != names[r["trial"] % len(names)] or r.get("seed") != run.get("seed")
+    ]
     return f"trial {wrong[0]} names another object or seed than the run" if wrong else ""
 
 
@@ -193,8 +204,13 @@ def _record_fault(records: list[dict[str, Any]]) -> str:
     for r in records:
         if r.get("outcome") not in set(Outcome) or r.get("success") != (r.get("outcome") == Outcome.SUCCESS):
             return f"trial {r['trial']} says success={r.get('success')} with outcome {r.get('outcome')!r}"
-        if r["success"] and not (r.get("grasp") and r.get("pose") and r.get("lift_height", 0) >= lift
-                                 and r.get("contact_force", 0) > 0 and r.get("sim_steps", 0) > 0):
+        if r["success"] and not (
+            r.get("grasp")
+            and r.get("pose")
+            and r.get("lift_height", 0) >= lift
+            and r.get("contact_force", 0) > 0
+            and r.get("sim_steps", 0) > 0
+        ):
             return f"trial {r['trial']} is a success without grasp, lift or contact force"
     return ""
 

@@ -25,9 +25,15 @@ def _cells(row: Row) -> list[str]:
         name = f"[{name}](<{row.about.link}>)"
     if row.control:
         name = f"*{name}* (control)"
-    return [name, _safe(row.about.authors), f"{row.successes}/{row.trials}",
-            f"{row.successes / row.trials:.1%}", f"{low:.1%} – {high:.1%}", str(row.faults),
-            _safe(row.about.trained_on)]
+    return [
+        name,
+        _safe(row.about.authors),
+        f"{row.successes}/{row.trials}",
+        f"{row.successes / row.trials:.1%}",
+        f"{low:.1%} – {high:.1%}",
+        str(row.faults),
+        _safe(row.about.trained_on),
+    ]
 
 
 def _safe(text: str) -> str:

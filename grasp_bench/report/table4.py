@@ -11,10 +11,12 @@ from grasp_bench.report.clutter import summarise_clutter
 from grasp_bench.runs.folder import iter_timings, load_records, load_run
 from grasp_bench.runs.statistics import wilson
 
-NOTE = ("Rows marked “paper” are real-robot results as printed in Table 4 of the HTC-Grasp paper: other "
-        "robots, other objects, other success rules. They are not directly comparable with the simulated "
-        "rows, nor with each other: their 95 % Wilson intervals all overlap, so no order can be "
-        "claimed from them.")
+NOTE = (
+    "Rows marked “paper” are real-robot results as printed in Table 4 of the HTC-Grasp paper: other "
+    "robots, other objects, other success rules. They are not directly comparable with the simulated "
+    "rows, nor with each other: their 95 % Wilson intervals all overlap, so no order can be "
+    "claimed from them."
+)
 
 
 @dataclass(frozen=True)
@@ -55,11 +57,17 @@ def summarise(folder: Path, root: Path | None = None) -> dict[str, Any] | None:
     return {
         "clutter": summarise_clutter(episodes, len(trials)) if run["scenario"].get("clutter") else None,
         "run": folder.name if root in (None, folder) else folder.relative_to(root).as_posix(),
-        "predictor": run["predictor"], "scenario": run["scenario"]["name"],
-        "seed": run["seed"], "renderer": run["renderer"], "weights": run.get("weights"),
-        "planned_trials": run["trials"], **rate_of(sum(t["success"] for t in trials), len(trials)),
+        "predictor": run["predictor"],
+        "scenario": run["scenario"]["name"],
+        "seed": run["seed"],
+        "renderer": run["renderer"],
+        "weights": run.get("weights"),
+        "planned_trials": run["trials"],
+        **rate_of(sum(t["success"] for t in trials), len(trials)),
         "outcomes": dict(sorted(Counter(t["outcome"] for t in trials).items(), key=lambda o: (-o[1], o[0]))),
-        "by_category": _by(trials, "category"), "by_object": _by(trials, "object"), "timings": seconds,
+        "by_category": _by(trials, "category"),
+        "by_object": _by(trials, "object"),
+        "timings": seconds,
     }
 
 
@@ -74,17 +82,34 @@ def build_report(folders: list[Path], root: Path | None = None) -> dict[str, Any
     """All runs below ``root`` with their figures, and Table 4 with a row for each."""
     runs = [s for s in (summarise(f, root) for f in folders) if s is not None]
     table: list[dict[str, Any]] = [
-        {"authors": row.authors, "system": row.system, **rate_of(row.successes, row.trials),
-         "printed_rate": row.printed_rate, "source": "paper", "run": None}
-        for row in PAPER]
-    table += [{"authors": "grasp-bench", "system": r["predictor"],
-               **{k: r[k] for k in ("successes", "trials", "rate", "wilson95")}, "printed_rate": None,
-               "source": "simulation", "run": r["run"]} for r in runs if r["clutter"] is None]
+        {
+            "authors": row.authors,
+            "system": row.system,
+            **rate_of(row.successes, row.trials),
+            "printed_rate": row.printed_rate,
+            "source": "paper",
+            "run": None,
+        }
+        for row in PAPER
+    ]
+    table += [
+        {
+            "authors": "grasp-bench",
+            "system": r["predictor"],
+            **{k: r[k] for k in ("successes", "trials", "rate", "wilson95")},
+            "printed_rate": None,
+            "source": "simulation",
+            "run": r["run"],
+        }
+        for r in runs
+        if r["clutter"] is None
+    ]
     return {"note": NOTE, "runs": runs, "table4": table}
 
 
 def worst_objects(run: dict[str, Any], count: int = 10) -> list[tuple[str, int, int]]:
     """Objects that failed most: (name, successes, trials)."""
-    failures = [(n, o["successes"], o["trials"]) for n, o in run["by_object"].items()
-                if o["successes"] < o["trials"]]
+    failures = [
+        (n, o["successes"], o["trials"]) for n, o in run["by_object"].items() if o["successes"] < o["trials"]
+    ]
     return sorted(failures, key=lambda o: (o[1] / o[2], -o[2], o[0]))[:count]

@@ -28,21 +28,26 @@ def _cells(row: dict[str, Any]) -> list[str]:
 
 
 def _breakdown(run: dict[str, Any]) -> list[list[str]]:
-    return [[outcome, str(count), f"{count / run['trials']:.1%}"]
-            for outcome, count in run["outcomes"].items()]
+    return [
+        [outcome, str(count), f"{count / run['trials']:.1%}"] for outcome, count in run["outcomes"].items()
+    ]
 
 
 def _title(run: dict[str, Any]) -> str:
     missing = run["planned_trials"] - run["trials"]
     partial = f", {missing} to go" if missing else ""
-    return (f"{run['run']}: {run['predictor']} on {run['scenario']}, seed {run['seed']}, "
-            f"{run['renderer']}{partial}")
+    return (
+        f"{run['run']}: {run['predictor']} on {run['scenario']}, seed {run['seed']}, "
+        f"{run['renderer']}{partial}"
+    )
 
 
 def _clutter(run: dict[str, Any]) -> str:
     figures = run["clutter"]
-    return (f"Clutter, {figures['episodes']} tables: {in_words(figures)}. "
-            f"Lifted, by the number of the attempt: {attempts_in_words(figures)}. Outcomes of whole tables:")
+    return (
+        f"Clutter, {figures['episodes']} tables: {in_words(figures)}. "
+        f"Lifted, by the number of the attempt: {attempts_in_words(figures)}. Outcomes of whole tables:"
+    )
 
 
 def _worst(run: dict[str, Any]) -> str:
@@ -60,8 +65,14 @@ def as_terminal(report: dict[str, Any]) -> Group:
         table.add_row(*_cells(row), style=style, end_section=last)
     parts: list[Any] = [table, Padding(Text(report["note"], style="dim"), (0, 1, 1, 1))]
     for run in report["runs"]:
-        outcomes = Table(title=_title(run), title_justify="left", title_style="bold", box=None,
-                         show_header=False, padding=(0, 2))
+        outcomes = Table(
+            title=_title(run),
+            title_justify="left",
+            title_style="bold",
+            box=None,
+            show_header=False,
+            padding=(0, 2),
+        )
         for line in _breakdown(run):
             outcomes.add_row(*line, style="" if line[0] == "success" else "yellow")
         if run["clutter"] is not None:

@@ -78,12 +78,12 @@ class InverseKinematics:
         self.configuration.update(np.asarray(start, dtype=float))
         for _ in range(MAX_ITERATIONS):
             error = self.task.compute_error(self.configuration)
-            if (np.linalg.norm(error[:3]) < POSITION_TOLERANCE
-                    and np.linalg.norm(error[3:]) < ANGLE_TOLERANCE):
+            if np.linalg.norm(error[:3]) < POSITION_TOLERANCE and np.linalg.norm(error[3:]) < ANGLE_TOLERANCE:
                 return self.configuration.q.copy()
             try:
-                velocity = mink.solve_ik(self.configuration, [self.task], STEP, solver="daqp",
-                                         damping=1e-6, limits=self.limits)
+                velocity = mink.solve_ik(
+                    self.configuration, [self.task], STEP, solver="daqp", damping=1e-6, limits=self.limits
+                )
             except mink.NoSolutionFound:
                 return None
             self.configuration.integrate_inplace(velocity, STEP)

@@ -38,8 +38,10 @@ def burst(shake: Shake, period: float) -> tuple[Floats, Floats]:
     rate = np.where(time < whole / 2, 30.0, -30.0) * s**2 * (1 - s) ** 2 / rise
     omega = 2 * math.pi * shake.frequency
     a = amplitude(shake)
-    return (a * swell * np.sin(omega * time),
-            a * (rate * np.sin(omega * time) + swell * omega * np.cos(omega * time)))
+    return (
+        a * swell * np.sin(omega * time),
+        a * (rate * np.sin(omega * time) + swell * omega * np.cos(omega * time)),
+    )
 
 
 def shaken(ends: tuple[Floats, Floats], middle: Floats, shake: Shake, period: float) -> Trajectory:

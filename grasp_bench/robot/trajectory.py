@@ -34,8 +34,9 @@ class Trajectory:
         return self.positions[-1]
 
 
-def through(waypoints: list[Floats], period: float, speed_fraction: float, length: float = 0.0,
-            speed: float = np.inf) -> Trajectory:
+def through(
+    waypoints: list[Floats], period: float, speed_fraction: float, length: float = 0.0, speed: float = np.inf
+) -> Trajectory:
     """Smooth motion through joint waypoints, at rest at both ends.
 
     The path is a cubic spline over the waypoints; a minimum-jerk law runs along it, slow

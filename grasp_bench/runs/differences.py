@@ -6,22 +6,39 @@ import json
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-IDENTITY = ("predictor", "implementation", "scenario", "seed", "trials", "objects", "weights", "versions",
-            "renderer")
+IDENTITY = (
+    "predictor",
+    "implementation",
+    "scenario",
+    "seed",
+    "trials",
+    "objects",
+    "weights",
+    "versions",
+    "renderer",
+)
 """Keys of ``run.json`` that must agree for results to belong together."""
 RESUMING = (*IDENTITY, "shard")
 """Keys that must agree before a run may be resumed."""
 ORIGIN = ("python", "platform", "cpu", "git")
 """Keys that say where a run was made; they may differ, but explain why numbers do."""
 
-_NAMES = {"objects": "the objects or their files", "weights": "the weights",
-          "versions": "the software versions", "trials": "the number of trials",
-          "implementation": "the predictor's files, package or what it says of itself"}
+_NAMES = {
+    "objects": "the objects or their files",
+    "weights": "the weights",
+    "versions": "the software versions",
+    "trials": "the number of trials",
+    "implementation": "the predictor's files, package or what it says of itself",
+}
 _SHOWN = 4
 
 
-def differences(first: dict[str, Any], second: dict[str, Any], keys: Iterable[str] = IDENTITY,
-                places: tuple[str, str] = ("there", "here")) -> dict[str, str]:
+def differences(
+    first: dict[str, Any],
+    second: dict[str, Any],
+    keys: Iterable[str] = IDENTITY,
+    places: tuple[str, str] = ("there", "here"),
+) -> dict[str, str]:
     """What differs between two ``run.json``, in words, by key.
 
     Args:
@@ -33,8 +50,13 @@ def differences(first: dict[str, Any], second: dict[str, Any], keys: Iterable[st
     for key in keys:
         a, b = _plain(first.get(key)), _plain(second.get(key))
         details = list(_details(a, b, places))
-        if not details and isinstance(a, dict) and isinstance(b, dict) and list(a) != list(b) \
-                and key == "objects":
+        if (
+            not details
+            and isinstance(a, dict)
+            and isinstance(b, dict)
+            and list(a) != list(b)
+            and key == "objects"
+        ):
             details = ["in another order, so that their trials have other numbers"]
         if details:
             more = f"; and {len(details) - _SHOWN} more" if len(details) > _SHOWN else ""

@@ -26,8 +26,15 @@ if TYPE_CHECKING:
 
 RUN, TRIALS, TIMINGS = "run.json", "trials.jsonl", "timings.jsonl"
 FORMAT = 1
-_RUN_KEYS: dict[str, type] = {"predictor": str, "scenario": dict, "seed": int, "trials": int, "objects": dict,
-                              "versions": dict, "renderer": str}
+_RUN_KEYS: dict[str, type] = {
+    "predictor": str,
+    "scenario": dict,
+    "seed": int,
+    "trials": int,
+    "objects": dict,
+    "versions": dict,
+    "renderer": str,
+}
 
 
 class RunFolder:
@@ -49,8 +56,9 @@ class RunFolder:
         except Timeout as error:
             raise ResultsError(f"Another run is writing to {path}; wait for it or choose --out.") from error
         except OSError as error:
-            raise ResultsError(f"{path} cannot be written ({error.strerror}); "
-                               "choose another --out.") from error
+            raise ResultsError(
+                f"{path} cannot be written ({error.strerror}); choose another --out."
+            ) from error
         self._files: dict[str, int] = {}
         self.repaired = False
 
@@ -69,8 +77,9 @@ class RunFolder:
                 os.close(file)
         self._files.clear()
 
-    def start(self, run: dict[str, Any],
-              found: Callable[[dict[str, Any]], None] = lambda record: None) -> set[int]:
+    def start(
+        self, run: dict[str, Any], found: Callable[[dict[str, Any]], None] = lambda record: None
+    ) -> set[int]:
         """Begin or resume ``run``; the numbers of trials already done.
 
         Args:
@@ -83,11 +92,15 @@ class RunFolder:
         path = self.path / RUN
         if path.is_file():
             if differs := differences(load_run(self.path), run, RESUMING):
-                raise ResultsError(f"{self.path} holds another run: {listed(differs)}. Choose another --out, "
-                                   "or delete the folder if its results are not wanted.")
+                raise ResultsError(
+                    f"{self.path} holds another run: {listed(differs)}. Choose another --out, "
+                    "or delete the folder if its results are not wanted."
+                )
         elif (self.path / TRIALS).is_file():
-            raise ResultsError(f"{self.path} holds {TRIALS} without {RUN}, so nobody can tell what was "
-                               "measured; choose another --out.")
+            raise ResultsError(
+                f"{self.path} holds {TRIALS} without {RUN}, so nobody can tell what was "
+                "measured; choose another --out."
+            )
         else:
             write_synced(path, json.dumps(run, indent=1, ensure_ascii=False) + "\n")
         done: set[int] = set()
@@ -132,9 +145,11 @@ class RunFolder:
                         sync_folder(self.path)
                 _write_whole(self._files[name], (dump(line) + "\n").encode())
             except OSError as error:
-                raise ResultsError(f"{path} cannot be written ({error.strerror}). What was "
-                                   "measured is kept; free some space and run the same command "
-                                   "again.") from error
+                raise ResultsError(
+                    f"{path} cannot be written ({error.strerror}). What was "
+                    "measured is kept; free some space and run the same command "
+                    "again."
+                ) from error
 
     def finish(self) -> None:
         """Put trials and timings in trial order; files that are so already are left alone.
@@ -153,7 +168,7 @@ def _write_whole(file: int, line: bytes) -> None:
     try:
         left = memoryview(line)
         while left:
-            left = left[os.write(file, left):]
+            left = left[os.write(file, left) :]
         os.fsync(file)
     except OSError:
         with suppress(OSError):
@@ -257,8 +272,9 @@ def load_run(folder: Path) -> dict[str, Any]:
     except OSError as error:
         raise ResultsError(f"{path} cannot be read ({error.strerror}).") from error
     except (ValueError, RecursionError) as error:
-        raise ResultsError(f"{path} is damaged ({error}); "
-                           "restore it or run again into a new folder.") from error
+        raise ResultsError(
+            f"{path} is damaged ({error}); restore it or run again into a new folder."
+        ) from error
 
 
 def tried(run: dict[str, Any]) -> list[str]:

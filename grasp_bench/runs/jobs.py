@@ -124,7 +124,7 @@ class Jobs(Sequence[Job]):
     @property
     def used(self) -> list[str]:
         """Objects that the whole run tries at least once."""
-        return list(self.objects[:self.total])
+        return list(self.objects[: self.total])
 
 
 def spread(objects: Sequence[str], trials: int, shard: Shard = WHOLE) -> Jobs:

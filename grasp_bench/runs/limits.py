@@ -25,8 +25,9 @@ class ErrorLimit:
         """
         match = re.fullmatch(r"\s*(\d{1,9}|\d{1,3}(?:\.\d+)?\s*(%))\s*", text)
         if match is None or (match[2] and float(match[1].rstrip("% ")) > 100):
-            raise GraspBenchError(f"--max-errors must be a number of trials, e.g. 3, or a share of them, "
-                                  f"e.g. 2%, not {text!r}.")
+            raise GraspBenchError(
+                f"--max-errors must be a number of trials, e.g. 3, or a share of them, e.g. 2%, not {text!r}."
+            )
         return cls(text.strip(), float(match[1].rstrip("% ")) / (100 if match[2] else 1), bool(match[2]))
 
     def exceeded(self, faults: int, trials: int) -> bool:

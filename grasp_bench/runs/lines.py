@@ -42,8 +42,9 @@ def check_trial(record: dict[str, Any]) -> None:
         elif not kind(record[key]):
             raise ValueError(f"{key!r} must be {words}, not {_shown(record[key])}")
     if record["success"] is not (record["outcome"] == "success"):
-        raise ValueError(f"'success' is {_shown(record['success'])} where the outcome is "
-                         f"{record['outcome']!r}")
+        raise ValueError(
+            f"'success' is {_shown(record['success'])} where the outcome is {record['outcome']!r}"
+        )
 
 
 def check_timing(record: dict[str, Any]) -> None:
@@ -82,10 +83,21 @@ def _is_episode(value: Any) -> bool:
     if not isinstance(value, dict):
         return False
     objects, attempts, cleared = value.get("objects"), value.get("attempts"), value.get("cleared", -1)
-    return (isinstance(objects, list) and len(objects) > 0 and all(map(_is_text, objects))
-            and _is_count(cleared) and cleared <= len(objects) and isinstance(attempts, list)
-            and all(isinstance(a, dict) and isinstance(a.get("outcome"), str) and a["outcome"] in OUTCOMES
-                    and a.get("success") is (a["outcome"] == "success") for a in attempts))
+    return (
+        isinstance(objects, list)
+        and len(objects) > 0
+        and all(map(_is_text, objects))
+        and _is_count(cleared)
+        and cleared <= len(objects)
+        and isinstance(attempts, list)
+        and all(
+            isinstance(a, dict)
+            and isinstance(a.get("outcome"), str)
+            and a["outcome"] in OUTCOMES
+            and a.get("success") is (a["outcome"] == "success")
+            for a in attempts
+        )
+    )
 
 
 def _shown(value: Any) -> str:
@@ -134,8 +146,9 @@ def _no_constant(name: str) -> float:
     raise ValueError(f"{name} is no number")
 
 
-def scan(path: Path, check: Callable[[dict[str, Any]], None] = check_trial, *,
-         unique: bool = True) -> Iterator[Line]:
+def scan(
+    path: Path, check: Callable[[dict[str, Any]], None] = check_trial, *, unique: bool = True
+) -> Iterator[Line]:
     """The lines of a file, in its order; none where there is no file.
 
     A torn last line (without a newline, or not JSON), as a kill or a power cut leaves it, is
@@ -167,7 +180,8 @@ def scan(path: Path, check: Callable[[dict[str, Any]], None] = check_trial, *,
                         return
                     raise ResultsError(
                         f"{path}, line {number} is damaged ({error}). Restore the file, or delete that line "
-                        "and run the same command again to repeat the trial.") from error
+                        "and run the same command again to repeat the trial."
+                    ) from error
                 if unique:
                     seen.add(record["trial"])
                 yield Line(record, start, len(raw))
@@ -183,11 +197,13 @@ class _WrongPlaceError(ValueError):
 def _may_be_torn(raw: bytes, error: ValueError) -> bool:
     """Whether a kill or power cut can leave such a last line: its end missing, or no JSON at all."""
     return len(raw) <= LONGEST_LINE and (
-        not raw.endswith(b"\n") or isinstance(error, (json.JSONDecodeError, UnicodeDecodeError)))
+        not raw.endswith(b"\n") or isinstance(error, (json.JSONDecodeError, UnicodeDecodeError))
+    )
 
 
-def read_lines(path: Path, check: Callable[[dict[str, Any]], None] = check_trial, *,
-               unique: bool = True) -> tuple[list[dict[str, Any]], int]:
+def read_lines(
+    path: Path, check: Callable[[dict[str, Any]], None] = check_trial, *, unique: bool = True
+) -> tuple[list[dict[str, Any]], int]:
     """All records of a file, and the length in bytes of its sound part; see :func:`scan`."""
     records: list[dict[str, Any]] = []
     sound = 0

@@ -58,8 +58,10 @@ def merge(out: Path, shards: list[Path], partial: bool = False) -> Merged:
     if (out / RUN).exists():
         raise ResultsError(f"{out} holds a run already; choose another folder to merge into.")
     if not runs[0]["objects"] or not 0 < runs[0]["trials"] <= MOST_TRIALS:
-        raise ResultsError(f"{shards[0] / RUN} is damaged (it plans {runs[0]['trials']} trials on "
-                           f"{len(runs[0]['objects'])} objects).")
+        raise ResultsError(
+            f"{shards[0] / RUN} is damaged (it plans {runs[0]['trials']} trials on "
+            f"{len(runs[0]['objects'])} objects)."
+        )
     jobs = spread(tried(runs[0]), runs[0]["trials"])
     owner, repeated = _collect(shards, runs, jobs)
     missing = np.flatnonzero(owner < 0)
@@ -85,11 +87,15 @@ def _collect(shards: list[Path], runs: list[dict[str, Any]], jobs: Jobs) -> tupl
         for record, _, _ in scan(folder / TRIALS):
             trial = record["trial"]
             if not part.holds(trial) or jobs.job(trial).object != record["object"]:
-                raise ResultsError(f"{folder} holds trial {trial} on {record['object']}, which is none of "
-                                   "its own; its files were mixed up.")
+                raise ResultsError(
+                    f"{folder} holds trial {trial} on {record['object']}, which is none of "
+                    "its own; its files were mixed up."
+                )
             if record.get("seed", run["seed"]) != run["seed"]:
-                raise ResultsError(f"{folder} holds trial {trial} of seed {record['seed']}, but its {RUN} "
-                                   f"says {run['seed']}; its files were mixed up.")
+                raise ResultsError(
+                    f"{folder} holds trial {trial} of seed {record['seed']}, but its {RUN} "
+                    f"says {run['seed']}; its files were mixed up."
+                )
             digest = int.from_bytes(hashlib.blake2b(dump(record).encode(), digest_size=8).digest(), "little")
             if owner[trial] < 0:
                 owner[trial], digests[trial] = number, digest
@@ -99,9 +105,11 @@ def _collect(shards: list[Path], runs: list[dict[str, Any]], jobs: Jobs) -> tupl
                 apart.append(f"trial {trial} ({record['object']}) in {shards[owner[trial]]} and {folder}")
     if apart:
         more = f" and {len(apart) - 5} more" if len(apart) > 5 else ""
-        raise ResultsError(f"The shards disagree on {'; '.join(apart[:5])}{more}. The same trial must give "
-                           "the same record; `grasp-bench doctor FOLDER` tells which machine does not "
-                           "repeat.")
+        raise ResultsError(
+            f"The shards disagree on {'; '.join(apart[:5])}{more}. The same trial must give "
+            "the same record; `grasp-bench doctor FOLDER` tells which machine does not "
+            "repeat."
+        )
     return owner, len(repeated)
 
 
@@ -135,6 +143,8 @@ def _notes(shards: list[Path], runs: list[dict[str, Any]]) -> list[str]:
     notes = []
     for folder, run in zip(shards[1:], runs[1:], strict=True):
         if found := differences(runs[0], run, ORIGIN, (f"in {shards[0]}", f"in {folder}")):
-            notes.append(f"Made in different places: {listed(found)}. A network's last digits may depend on "
-                         "the processor; `grasp-bench doctor` shows whether they do.")
+            notes.append(
+                f"Made in different places: {listed(found)}. A network's last digits may depend on "
+                "the processor; `grasp-bench doctor` shows whether they do."
+            )
     return notes

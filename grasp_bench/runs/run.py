@@ -16,8 +16,11 @@ from grasp_bench.scenario.outcomes import HARNESS_FAULTS
 if TYPE_CHECKING:
     import pandas as pd
 
-NESTED = {"grasp": ("x", "y", "angle", "width", "quality"), "pose": ("position", "rotation", "opening"),
-          "tcp_error": ("position", "angle")}
+NESTED = {
+    "grasp": ("x", "y", "angle", "width", "quality"),
+    "pose": ("position", "rotation", "opening"),
+    "tcp_error": ("position", "angle"),
+}
 """Records inside a trial's record, which the table of trials spreads over columns."""
 
 
@@ -57,8 +60,9 @@ class Run:
         for column, keys in NESTED.items():
             if column in table:
                 for key in keys:
-                    table[f"{column}_{key}"] = [v.get(key) if isinstance(v, dict) else None
-                                                for v in table[column]]
+                    table[f"{column}_{key}"] = [
+                        v.get(key) if isinstance(v, dict) else None for v in table[column]
+                    ]
         return table.drop(columns=[c for c in NESTED if c in table])
 
     @cached_property
@@ -126,8 +130,9 @@ class Run:
 
         return as_markdown(build_report([self.folder], self.folder))
 
-    def write_report(self, out: str | os.PathLike[str] | None = None,
-                     objects: str | os.PathLike[str] | None = None) -> Path:
+    def write_report(
+        self, out: str | os.PathLike[str] | None = None, objects: str | os.PathLike[str] | None = None
+    ) -> Path:
         """One HTML file with figures and all trials, that opens in any browser without a network.
 
         Args:
@@ -155,8 +160,10 @@ class Run:
         if not len(self):
             return f"<Run {self.folder}: {self.predictor}, no trial yet>"
         low, high = self.interval
-        return (f"<Run {self.folder}: {self.predictor} lifted {self.successes}/{len(self)} = "
-                f"{self.rate:.1%}, 95 % interval {low:.1%} – {high:.1%}>")
+        return (
+            f"<Run {self.folder}: {self.predictor} lifted {self.successes}/{len(self)} = "
+            f"{self.rate:.1%}, 95 % interval {low:.1%} – {high:.1%}>"
+        )
 
     def _repr_html_(self) -> str:
         """What a notebook shows."""
@@ -164,11 +171,15 @@ class Run:
         if not len(self):
             return f"<p>{head}: no trial yet</p>"
         low, high = self.interval
-        rows = "".join(f"<tr><td>{html.escape(o)}</td><td>{n}</td><td>{n / len(self):.1%}</td></tr>"
-                       for o, n in self.outcomes.items())
-        return (f"<p>{head}: {self.successes}/{len(self)} = {self.rate:.1%} "
-                f"(95 % interval {low:.1%} – {high:.1%})</p>"
-                f"<table><tr><th>Outcome</th><th>Trials</th><th>Share</th></tr>{rows}</table>")
+        rows = "".join(
+            f"<tr><td>{html.escape(o)}</td><td>{n}</td><td>{n / len(self):.1%}</td></tr>"
+            for o, n in self.outcomes.items()
+        )
+        return (
+            f"<p>{head}: {self.successes}/{len(self)} = {self.rate:.1%} "
+            f"(95 % interval {low:.1%} – {high:.1%})</p>"
+            f"<table><tr><th>Outcome</th><th>Trials</th><th>Share</th></tr>{rows}</table>"
+        )
 
 
 @dataclass(frozen=True)
@@ -209,15 +220,24 @@ class Comparison:
             n = min(len(a), len(b))
             apart = (a[:n] != b[:n]).any(axis=1)
             where = int(apart.idxmax()) if apart.any() else n
-            raise ResultsError(f"{first.folder} and {second.folder} did not try the same: they differ from "
-                               f"trial {where} on ({len(a)} and {len(b)} trials). Run both with the same "
-                               "objects, trials and seed.")
+            raise ResultsError(
+                f"{first.folder} and {second.folder} did not try the same: they differ from "
+                f"trial {where} on ({len(a)} and {len(b)} trials). Run both with the same "
+                "objects, trials and seed."
+            )
         one = first.trials["success"].to_numpy(bool)
         two = second.trials["success"].to_numpy(bool)
         only, other = int((one & ~two).sum()), int((two & ~one).sum())
-        return cls(first.predictor, second.predictor, int((one & two).sum()), only, other,
-                   int((~one & ~two).sum()), mcnemar(only, other),
-                   tuple(first.trials["object"][one != two]))
+        return cls(
+            first.predictor,
+            second.predictor,
+            int((one & two).sum()),
+            only,
+            other,
+            int((~one & ~two).sum()),
+            mcnemar(only, other),
+            tuple(first.trials["object"][one != two]),
+        )
 
     @property
     def trials(self) -> int:
@@ -230,6 +250,8 @@ class Comparison:
         return (self.first_only - self.second_only) / self.trials
 
     def __str__(self) -> str:
-        return (f"On {self.trials} common trials {self.first} alone succeeded in {self.first_only} and "
-                f"{self.second} alone in {self.second_only} ({self.difference:+.1%}, McNemar's exact "
-                f"p = {self.p_value:.2g}).")
+        return (
+            f"On {self.trials} common trials {self.first} alone succeeded in {self.first_only} and "
+            f"{self.second} alone in {self.second_only} ({self.difference:+.1%}, McNemar's exact "
+            f"p = {self.p_value:.2g})."
+        )

@@ -147,6 +147,7 @@ def holm(p_values: Sequence[float]) -> list[float]:
 
 # ---------------------------------------------------------------- what a number of trials can see
 
+
 def power_of_drop(trials: int, drop: float, gained: float, alpha: float = 0.05) -> float:
     """Probability that McNemar's exact one-sided test sees a drop.
 
@@ -170,8 +171,9 @@ def power_of_drop(trials: int, drop: float, gained: float, alpha: float = 0.05) 
     return float(np.sum(binom.pmf(m, trials, discordant) * binom.sf(critical - 1, m, lost / discordant)))
 
 
-def visible_drop(trials: int, rate: float, gained: float | None = None, alpha: float = 0.05,
-                 power: float = 0.8) -> float | None:
+def visible_drop(
+    trials: int, rate: float, gained: float | None = None, alpha: float = 0.05, power: float = 0.8
+) -> float | None:
     """Smallest drop of the rate that so many pairs show with probability ``power``; None if none.
 
     Args:
@@ -193,8 +195,9 @@ def visible_drop(trials: int, rate: float, gained: float | None = None, alpha: f
     return float(brentq(reached, 0.0, rate, xtol=1e-5))
 
 
-def trials_to_distinguish(first_only: float, second_only: float, alpha: float = 0.05,
-                          power: float = 0.8) -> int | None:
+def trials_to_distinguish(
+    first_only: float, second_only: float, alpha: float = 0.05, power: float = 0.8
+) -> int | None:
     """Pairs after which McNemar's two-sided test tells two rates apart with probability ``power``.
 
     R. J. Connor, “Sample size for testing differences in proportions for the paired-sample
@@ -214,13 +217,15 @@ def trials_to_distinguish(first_only: float, second_only: float, alpha: float = 
     if difference == 0:
         return None
     quantile = NormalDist().inv_cdf
-    reach = (quantile(1 - alpha / 2) * math.sqrt(discordant)
-             + quantile(power) * math.sqrt(discordant - difference**2))
+    reach = quantile(1 - alpha / 2) * math.sqrt(discordant) + quantile(power) * math.sqrt(
+        discordant - difference**2
+    )
     return math.ceil((reach / difference) ** 2)
 
 
-def trials_to_exclude(margin: float, lost: float, gained: float, alpha: float = 0.05,
-                      power: float = 0.8) -> int | None:
+def trials_to_exclude(
+    margin: float, lost: float, gained: float, alpha: float = 0.05, power: float = 0.8
+) -> int | None:
     """Pairs after which a drop of ``margin`` or more is excluded with probability ``power``; None if never.
 
     By the normal approximation of the score test, with the shares of pairs lost and gained as given.

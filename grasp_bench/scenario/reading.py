@@ -70,7 +70,8 @@ def _read(path: Path, below: tuple[Path, ...]) -> dict[str, Any]:
         raise ScenarioError(f"{path}: extends: {parent} extends this file in turn")
     inherited = _read(base, (path, *below))
     return {k: v for k, v in inherited.items() if k not in ("name", "description")} | {
-        k: _laid_over(inherited.get(k), v) for k, v in content.items()}
+        k: _laid_over(inherited.get(k), v) for k, v in content.items()
+    }
 
 
 def _laid_over(inherited: Any, own: Any) -> Any:

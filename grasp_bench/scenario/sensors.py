@@ -90,6 +90,7 @@ class Sensor(Section):
         return self
 
 
+# fmt: off
 PRESETS: dict[str, dict[str, Any]] = {
     "femto-w": {},
     "ideal": {
@@ -105,4 +106,5 @@ PRESETS: dict[str, dict[str, Any]] = {
         "edge_dropout": 0.6, "dark_dropout": 0.4, "shiny_dropout": 0.5, "distant_onset": 1.0,
         "distant_dropout": 0.2, "minimum_range": 0.35, "maximum_range": 1.4, "rgb_shot_noise": 0.03},
 }
+# fmt: on
 """What each preset changes against the defaults, which are ``femto-w``'s."""

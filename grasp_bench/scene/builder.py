@@ -37,8 +37,18 @@ ROLLING_FRICTION = 1.5e-3
 """Rolling resistance on the table [m], of the order of a thin rubber mat: with less, things that
 lie on a small round patch rock for seconds."""
 
-NOT_IN_THE_MODEL = {"name", "description", "sensor", "calibration", "light", "settling", "motion", "success",
-                    "clutter", "trial_timeout"}
+NOT_IN_THE_MODEL = {
+    "name",
+    "description",
+    "sensor",
+    "calibration",
+    "light",
+    "settling",
+    "motion",
+    "success",
+    "clutter",
+    "trial_timeout",
+}
 """Sections of a scenario that compiled models do not depend on."""
 
 
@@ -88,40 +98,112 @@ def add_object(root: Any, model: SceneObject, scenario: Scenario, name: str = OB
     body.add("freejoint", name=name)
     heavier = scenario.objects.mass_scale
     inertia = heavier * model.inertia
-    body.add("inertial", pos=[0, 0, 0], mass=heavier * model.mass, fullinertia=[
-        inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]])
+    body.add(
+        "inertial",
+        pos=[0, 0, 0],
+        mass=heavier * model.mass,
+        fullinertia=[
+            inertia[0, 0],
+            inertia[1, 1],
+            inertia[2, 2],
+            inertia[0, 1],
+            inertia[0, 2],
+            inertia[1, 2],
+        ],
+    )
     for i, part in enumerate(model.visual):
-        mesh = root.asset.add("mesh", name=f"{prefix}visual{i}", inertia="shell",
-                              file=mjcf.Asset(stl_bytes(part.vertices, part.faces), ".stl"))
-        body.add("geom", name=f"{prefix}visual{i}", type="mesh", mesh=mesh, rgba=[*part.rgb, 1], mass=0,
-                 contype=0, conaffinity=0, group=VISUAL_GROUP, user=[part.roughness])
+        mesh = root.asset.add(
+            "mesh",
+            name=f"{prefix}visual{i}",
+            inertia="shell",
+            file=mjcf.Asset(stl_bytes(part.vertices, part.faces), ".stl"),
+        )
+        body.add(
+            "geom",
+            name=f"{prefix}visual{i}",
+            type="mesh",
+            mesh=mesh,
+            rgba=[*part.rgb, 1],
+            mass=0,
+            contype=0,
+            conaffinity=0,
+            group=VISUAL_GROUP,
+            user=[part.roughness],
+        )
     for i, hull in enumerate(merged(model.hulls, scenario.physics.max_hulls)):
         faces = ConvexHull(hull).simplices
-        mesh = root.asset.add("mesh", name=f"{prefix}hull{i}", inertia="convex",
-                              file=mjcf.Asset(stl_bytes(hull, faces), ".stl"))
-        body.add("geom", name=f"{prefix}hull{i}", type="mesh", mesh=mesh, mass=0, group=COLLISION_GROUP,
-                 condim=6, friction=[scenario.table.friction, 0.005, ROLLING_FRICTION],
-                 rgba=[0.9, 0.3, 0.2, 0.4])
+        mesh = root.asset.add(
+            "mesh", name=f"{prefix}hull{i}", inertia="convex", file=mjcf.Asset(stl_bytes(hull, faces), ".stl")
+        )
+        body.add(
+            "geom",
+            name=f"{prefix}hull{i}",
+            type="mesh",
+            mesh=mesh,
+            mass=0,
+            group=COLLISION_GROUP,
+            condim=6,
+            friction=[scenario.table.friction, 0.005, ROLLING_FRICTION],
+            rgba=[0.9, 0.3, 0.2, 0.4],
+        )
 
 
 def add_table(root: Any, scenario: Scenario) -> None:
     """Add table, floor, light and the camera's marker."""
     table = scenario.table
-    root.worldbody.add("geom", name=TABLE, type="box", size=[table.size[0] / 2, table.size[1] / 2, 0.025],
-                       pos=[*table.center, -0.025], rgba=[*table.color, 1], contype=0, conaffinity=0, group=1)
+    root.worldbody.add(
+        "geom",
+        name=TABLE,
+        type="box",
+        size=[table.size[0] / 2, table.size[1] / 2, 0.025],
+        pos=[*table.center, -0.025],
+        rgba=[*table.color, 1],
+        contype=0,
+        conaffinity=0,
+        group=1,
+    )
     # What carries is a plane: contacts of meshes with a box flicker, and keep some objects rocking for ever.
-    root.worldbody.add("geom", name=GROUND, type="plane", size=[3, 3, 0.1], condim=6, group=COLLISION_GROUP,
-                       friction=[table.friction, 0.005, ROLLING_FRICTION], rgba=[0, 0, 0, 0])
-    root.worldbody.add("geom", name="floor", type="plane", size=[3, 3, 0.1], pos=[0, 0, -0.75],
-                       rgba=[0.35, 0.36, 0.38, 1], contype=0, conaffinity=0, group=1)
-    root.asset.add("texture", name="sky", type="skybox", builtin="gradient", width=32, height=32,
-                   rgb1=[0.92, 0.94, 0.96], rgb2=[0.70, 0.75, 0.80])  # for pictures; rays see nothing there
+    root.worldbody.add(
+        "geom",
+        name=GROUND,
+        type="plane",
+        size=[3, 3, 0.1],
+        condim=6,
+        group=COLLISION_GROUP,
+        friction=[table.friction, 0.005, ROLLING_FRICTION],
+        rgba=[0, 0, 0, 0],
+    )
+    root.worldbody.add(
+        "geom",
+        name="floor",
+        type="plane",
+        size=[3, 3, 0.1],
+        pos=[0, 0, -0.75],
+        rgba=[0.35, 0.36, 0.38, 1],
+        contype=0,
+        conaffinity=0,
+        group=1,
+    )
+    root.asset.add(
+        "texture",
+        name="sky",
+        type="skybox",
+        builtin="gradient",
+        width=32,
+        height=32,
+        rgb1=[0.92, 0.94, 0.96],
+        rgb2=[0.70, 0.75, 0.80],
+    )  # for pictures; rays see nothing there
     root.worldbody.add("light", pos=[0.2, -0.6, 2.0], dir=[0.1, 0.3, -1], diffuse=[0.6, 0.6, 0.6])
     # Shown by viewers and GL pictures; the ray caster takes the pose from the scenario itself.
     rotation = scenario.camera.pose.rotation
-    root.worldbody.add("camera", name="sensor", pos=scenario.camera.position,
-                       xyaxes=[*rotation[:, 0], *-rotation[:, 1]],
-                       fovy=float(np.degrees(scenario.camera.intrinsics.vertical_fov)))
+    root.worldbody.add(
+        "camera",
+        name="sensor",
+        pos=scenario.camera.position,
+        xyaxes=[*rotation[:, 0], *-rotation[:, 1]],
+        fovy=float(np.degrees(scenario.camera.intrinsics.vertical_fov)),
+    )
 
 
 def new_world(scenario: Scenario) -> Any:
@@ -179,8 +261,9 @@ def load_robot(scenario: Scenario, friction: float) -> Any:
     """EC66 with its gripper at the flange, pads set to the object's ``friction``."""
     arm, gripper = load_part("ec66"), load_part("gripper")
     arm.model, gripper.model = "arm", "gripper"
-    set_gripper([gripper.find("geom", name) for name in PADS], gripper.find("actuator", "gripper"), scenario,
-                friction)
+    set_gripper(
+        [gripper.find("geom", name) for name in PADS], gripper.find("actuator", "gripper"), scenario, friction
+    )
     arm.find("site", "flange").attach(gripper)
     for key in [*arm.find_all("key"), *gripper.find_all("key")]:
         key.remove()
@@ -240,9 +323,12 @@ def _digest(scenario: Scenario, model: ObjectModel | None, robot: bool) -> str:
 def _fixed_digest() -> str:
     """Of what no trial of a process changes: MuJoCo, this code, and the robot's files."""
     digest = hashlib.sha256(f"{mujoco.__version__}|".encode())
-    for path in (Path(__file__), Path(__file__).with_name("hulls.py"),
-                 *sorted((assets_dir() / "ec66").glob("*.xml")),
-                 *sorted((assets_dir() / "ec66" / "meshes").iterdir())):
+    for path in (
+        Path(__file__),
+        Path(__file__).with_name("hulls.py"),
+        *sorted((assets_dir() / "ec66").glob("*.xml")),
+        *sorted((assets_dir() / "ec66" / "meshes").iterdir()),
+    ):
         digest.update(path.read_bytes())
     return digest.hexdigest()
 

@@ -87,8 +87,12 @@ def compile_floating(scenario: Scenario, objects: list[SceneObject]) -> mujoco.M
     add_table(root, scenario)
     mount = root.worldbody.add("body", name="mount", pos=[0, 0, 0], gravcomp=1)
     mount.add("inertial", mass=0.5, pos=[0, 0, 0], diaginertia=[1e-3, 1e-3, 1e-3])
-    for name, kind, axis in (("x", "slide", [1, 0, 0]), ("y", "slide", [0, 1, 0]),
-                             ("z", "slide", [0, 0, 1]), ("yaw", "hinge", [0, 0, 1])):
+    for name, kind, axis in (
+        ("x", "slide", [1, 0, 0]),
+        ("y", "slide", [0, 1, 0]),
+        ("z", "slide", [0, 0, 1]),
+        ("yaw", "hinge", [0, 0, 1]),
+    ):
         joint = mount.add("joint", name=name, type=kind, axis=axis, armature=0.05)
         stiff = 30000 if kind == "slide" else 300
         root.actuator.add("position", name=name, joint=joint, kp=stiff, kv=stiff / 60)
@@ -97,8 +101,12 @@ def compile_floating(scenario: Scenario, objects: list[SceneObject]) -> mujoco.M
         add_object(root, model, scenario, f"object{i}")
 
     gripper = mujoco.MjSpec.from_file(str(part_file("gripper")))
-    set_gripper([gripper.geom(name) for name in PADS], gripper.actuator("gripper"), scenario,
-                max((o.friction for o in objects), default=1.0))
+    set_gripper(
+        [gripper.geom(name) for name in PADS],
+        gripper.actuator("gripper"),
+        scenario,
+        max((o.friction for o in objects), default=1.0),
+    )
     for unseen in [*(g for g in gripper.geoms if g.classname.name == "visual"), *gripper.meshes]:
         gripper.delete(unseen)
     spec = mujoco.MjSpec.from_string(root.to_xml_string(), assets=root.get_assets())
@@ -122,8 +130,9 @@ class FloatingGripper:
         self._carrier_q = np.array([model.joint(n).qposadr[0] for n in ("x", "y", "z", "yaw")])
         self._carrier_u = np.array([model.actuator(n).id for n in ("x", "y", "z", "yaw")])
         self._jaw = model.actuator(PREFIX + "gripper").id
-        self._fingers = np.array([model.joint(f"{PREFIX}{s}_finger_joint").qposadr[0]
-                                  for s in ("left", "right")])
+        self._fingers = np.array(
+            [model.joint(f"{PREFIX}{s}_finger_joint").qposadr[0] for s in ("left", "right")]
+        )
         self.object_q = [int(model.joint(f"object{i}").qposadr[0]) for i in range(count)]
         bodies = [model.body(i).name for i in model.geom_bodyid]
         self._left = np.array([b == PREFIX + "left_finger" for b in bodies])
@@ -149,7 +158,7 @@ class FloatingGripper:
             if self.data.warning.number.any():
                 return False
             joints = [self.model.joint(f"object{i}").id for i in range(len(self.object_q))]
-            speed = [np.abs(self.data.qvel[self.model.jnt_dofadr[j]:][:6]).max() for j in joints]
+            speed = [np.abs(self.data.qvel[self.model.jnt_dofadr[j] :][:6]).max() for j in joints]
             still = still + 1 if max(speed) < 0.01 else 0
             if still == 3:
                 return True
@@ -159,8 +168,14 @@ class FloatingGripper:
         """Positions and velocities, for :meth:`attempt`."""
         return self.data.qpos.copy(), self.data.qvel.copy()
 
-    def attempt(self, state: tuple[Floats, Floats], tip: Floats, yaw: float, opening: float,
-                routine: Routine = REFERENCE) -> Attempt:
+    def attempt(
+        self,
+        state: tuple[Floats, Floats],
+        tip: Floats,
+        yaw: float,
+        opening: float,
+        routine: Routine = REFERENCE,
+    ) -> Attempt:
         """Grasp from a saved state: appear open at ``tip``, close, lift and shake.
 
         Args:
@@ -231,4 +246,4 @@ class FloatingGripper:
 
     def _relative(self, which: int) -> Floats:
         q = self.object_q[which]
-        return self.data.qpos[q:q + 3] - self.data.site_xpos[self._tcp]
+        return self.data.qpos[q : q + 3] - self.data.site_xpos[self._tcp]

@@ -110,8 +110,13 @@ def box_corners(model: mujoco.MjModel, data: mujoco.MjData, geoms: NDArray[np.in
     return corners + data.geom_xpos[geoms, None]
 
 
-def raycast(model: mujoco.MjModel, data: mujoco.MjData, origin: NDArray[np.float64],
-            directions: NDArray[np.float64], exclude: int = -1) -> Picture:
+def raycast(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    origin: NDArray[np.float64],
+    directions: NDArray[np.float64],
+    exclude: int = -1,
+) -> Picture:
     """Cast rays of any pattern (H, W, 3), each with z = 1 in its camera's frame.
 
     Args:
@@ -127,8 +132,20 @@ def raycast(model: mujoco.MjModel, data: mujoco.MjData, origin: NDArray[np.float
     distance = np.zeros(count)
     normal = np.zeros((count, 3))
     if count:
-        mujoco.mj_multiRay(model, data, origin, rays.ravel(), SHOWN_GROUPS, True, exclude, geom, distance,
-                           normal.ravel(), count, FAR)
+        mujoco.mj_multiRay(
+            model,
+            data,
+            origin,
+            rays.ravel(),
+            SHOWN_GROUPS,
+            True,
+            exclude,
+            geom,
+            distance,
+            normal.ravel(),
+            count,
+            FAR,
+        )
     hit = geom >= 0
     cosine = np.einsum("ij,ij->i", normal, rays) / np.linalg.norm(rays, axis=1)
     normal = normal * -np.sign(cosine)[:, None]
@@ -138,8 +155,12 @@ def raycast(model: mujoco.MjModel, data: mujoco.MjData, origin: NDArray[np.float
     color = geom_colors(model)[geom] * light[:, None]
     rgb = np.where(hit[:, None], np.clip(color * 255, 0, 255), 0).astype(np.uint8)
     depth = np.where(hit, distance, 0).astype(np.float32)
-    return Picture(rgb.reshape(*shape, 3), depth.reshape(shape),
-                   np.where(hit, np.abs(cosine), 0).astype(np.float32).reshape(shape), geom.reshape(shape))
+    return Picture(
+        rgb.reshape(*shape, 3),
+        depth.reshape(shape),
+        np.where(hit, np.abs(cosine), 0).astype(np.float32).reshape(shape),
+        geom.reshape(shape),
+    )
 
 
 def geom_colors(model: mujoco.MjModel) -> NDArray[np.float64]:
@@ -169,8 +190,9 @@ def incidence_cosine(depth: NDArray[np.float32], intrinsics: Intrinsics) -> NDAr
     return cosine.astype(np.float32)
 
 
-def _render_gl(model: mujoco.MjModel, data: mujoco.MjData, intrinsics: Intrinsics, pose: CameraPose,
-               backend: str) -> Picture:
+def _render_gl(
+    model: mujoco.MjModel, data: mujoco.MjData, intrinsics: Intrinsics, pose: CameraPose, backend: str
+) -> Picture:
     """Image by OpenGL from the model's camera ``sensor``, which is put at ``pose``."""
     with_gl(backend)
     placed = model.camera("sensor").id  # a child of the world; its OpenGL axes have y up and z backwards
@@ -182,8 +204,10 @@ def _render_gl(model: mujoco.MjModel, data: mujoco.MjData, intrinsics: Intrinsic
     try:
         context = mujoco.Renderer(model, height, width)
     except Exception as error:
-        raise GraspBenchError(f"The renderer {backend!r} cannot start ({error}); install its library "
-                              "or choose --renderer raycast, which needs none.") from error
+        raise GraspBenchError(
+            f"The renderer {backend!r} cannot start ({error}); install its library "
+            "or choose --renderer raycast, which needs none."
+        ) from error
     with context as gl:
         camera = model.camera("sensor").id
         option = mujoco.MjvOption()

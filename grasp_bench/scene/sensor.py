@@ -38,8 +38,14 @@ Image = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
 
-def sense(picture: Picture, intrinsics: Intrinsics, sensor: Sensor, rng: np.random.Generator,
-          surfaces: Surfaces | None = None, light: float = 1.0) -> RgbdImage:
+def sense(
+    picture: Picture,
+    intrinsics: Intrinsics,
+    sensor: Sensor,
+    rng: np.random.Generator,
+    surfaces: Surfaces | None = None,
+    light: float = 1.0,
+) -> RgbdImage:
     """The image a real camera might have delivered of a perfect one.
 
     Args:
@@ -106,8 +112,9 @@ def _frame(picture: Picture, sensor: Sensor, rng: np.random.Generator) -> tuple[
     return measured, lost
 
 
-def _unreflected(picture: Picture, sensor: Sensor, surfaces: Surfaces | None,
-                 rng: np.random.Generator) -> Mask:
+def _unreflected(
+    picture: Picture, sensor: Sensor, surfaces: Surfaces | None, rng: np.random.Generator
+) -> Mask:
     """Pixels whose surface sends too little light back: dark, shiny or distant."""
     h, w = picture.depth.shape
     patch = sensor.patch_px
@@ -115,6 +122,7 @@ def _unreflected(picture: Picture, sensor: Sensor, surfaces: Surfaces | None,
     dark, shiny, distant = coarse.repeat(patch, axis=1).repeat(patch, axis=2)[:, :h, :w]
     lost = np.zeros((h, w), bool)
     if surfaces is not None:
+
         def share(of: NDArray[np.float64], threshold: float) -> NDArray[np.float64]:
             """(H, W) how far below the threshold the seen surface lies, 0 to 1."""
             return np.append(np.clip(1 - of / threshold, 0, 1), 0)[picture.geom]  # nothing hit: the last
@@ -127,8 +135,9 @@ def _unreflected(picture: Picture, sensor: Sensor, surfaces: Surfaces | None,
     return lost
 
 
-def _color(rgb: NDArray[np.uint8], sensor: Sensor, noise: Image, light: float,
-           rng: np.random.Generator) -> NDArray[np.uint8]:
+def _color(
+    rgb: NDArray[np.uint8], sensor: Sensor, noise: Image, light: float, rng: np.random.Generator
+) -> NDArray[np.uint8]:
     """The colour picture; ``noise`` (H, W, 3) is standard normal, and used up."""
     signal: NDArray[np.uint8] | Image = rgb if light == 1 else rgb * np.float32(light)
     if sensor.rgb_shot_noise:
@@ -137,8 +146,12 @@ def _color(rgb: NDArray[np.uint8], sensor: Sensor, noise: Image, light: float,
         noise *= np.float32(sensor.rgb_sigma)
     noise += signal
     drawn = rng.standard_normal(4)
-    gain = (sensor.exposure * np.exp(sensor.exposure_sigma * drawn[0])
-            * np.array(sensor.white_balance) * np.exp(sensor.white_balance_sigma * drawn[1:]))
+    gain = (
+        sensor.exposure
+        * np.exp(sensor.exposure_sigma * drawn[0])
+        * np.array(sensor.white_balance)
+        * np.exp(sensor.white_balance_sigma * drawn[1:])
+    )
     if (gain != 1).any():
         noise *= gain.astype(np.float32)
     return np.clip(np.rint(noise, out=noise), 0, 255).astype(np.uint8)

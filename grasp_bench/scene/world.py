@@ -61,8 +61,13 @@ class World:
         target: index of the object that is tried.
     """
 
-    def __init__(self, model: mujoco.MjModel, scenario: Scenario, objects: Sequence[str] = (OBJECT,),
-                 friction: Sequence[float] | None = None) -> None:
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        scenario: Scenario,
+        objects: Sequence[str] = (OBJECT,),
+        friction: Sequence[float] | None = None,
+    ) -> None:
         self.model, self.scenario = model, scenario
         self.data = mujoco.MjData(model)
         joints = [model.joint(ARM_PREFIX + n) for n in JOINT_NAMES]
@@ -105,8 +110,8 @@ class World:
     def place_object(self, position: Floats, quaternion: Floats) -> None:
         """Put the resting object at a world pose."""
         q, v = self._object_q, self._object_v
-        self.data.qpos[q:q + 3], self.data.qpos[q + 3:q + 7] = position, quaternion
-        self.data.qvel[v:v + 6] = 0
+        self.data.qpos[q : q + 3], self.data.qpos[q + 3 : q + 7] = position, quaternion
+        self.data.qvel[v : v + 6] = 0
 
     def aim(self, which: int) -> None:
         """Make the ``which``-th object the target."""
@@ -115,8 +120,9 @@ class World:
         self._object_q, self._object_v = self._places[which], self._speeds[which]
         self._is_object = self.model.geom_bodyid == self.object_body
         if self._friction is not None:  # sliding friction of a pair is that of the pads, which have priority
-            self.model.geom_friction[self._is_pad, 0] = (self._friction[which]
-                                                         * self.scenario.gripper.friction_scale)
+            self.model.geom_friction[self._is_pad, 0] = (
+                self._friction[which] * self.scenario.gripper.friction_scale
+            )
 
     def aim_at_held(self) -> None:
         """Make the object that both fingers hold the target; the old one stays where there is none."""
@@ -150,9 +156,12 @@ class World:
         still = 0.0
         for _ in range(int(settling.timeout / period)):
             self.step(chunk)
-            moving = [self.data.qvel[v:v + 6] for v in self._speeds]
-            quiet = all(np.linalg.norm(v[:3]) < settling.linear_speed
-                        and np.linalg.norm(v[3:]) < settling.angular_speed for v in moving)
+            moving = [self.data.qvel[v : v + 6] for v in self._speeds]
+            quiet = all(
+                np.linalg.norm(v[:3]) < settling.linear_speed
+                and np.linalg.norm(v[3:]) < settling.angular_speed
+                for v in moving
+            )
             still = still + period if quiet else 0.0
             if still >= settling.still_time:
                 return
@@ -221,8 +230,11 @@ class World:
     def tcp(self) -> GraspPose:
         """Where the TCP is now."""
         opening = float(self.data.qpos[self._finger_q].sum())
-        return GraspPose(self.data.site_xpos[self._tcp].copy(),
-                         self.data.site_xmat[self._tcp].reshape(3, 3).copy(), opening)
+        return GraspPose(
+            self.data.site_xpos[self._tcp].copy(),
+            self.data.site_xmat[self._tcp].reshape(3, 3).copy(),
+            opening,
+        )
 
     @property
     def joint_torques(self) -> Floats:

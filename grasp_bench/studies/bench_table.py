@@ -20,22 +20,34 @@ from grasp_bench.system.integrity import sha256
 REFERENCE = "htc-grasp"
 UNABLATED = "htc-grasp-1000"
 """HTC-Grasp trained as long as its ablations."""
-ABLATIONS = {UNABLATED: (True, True), "htc-grasp-no-ea": (False, True), "htc-grasp-no-ca": (True, False),
-             "htc-grasp-plain": (False, False)}
+ABLATIONS = {
+    UNABLATED: (True, True),
+    "htc-grasp-no-ea": (False, True),
+    "htc-grasp-no-ca": (True, False),
+    "htc-grasp-plain": (False, False),
+}
 """External and channel attention: the paper's Table 3, and one without either."""
 FORMAT = 1
 
-NOTE = ("Paper rows are real-robot results as printed, on other robots and other objects; they are not "
-        "directly comparable. All rows of grasp-bench are of the same trials. Alone: trials in which only "
-        "the reference, and only this system, succeeded; p: McNemar's exact two-sided test against the "
-        "reference, Holm-corrected over all rows; trials to tell: after how many such trials the two would "
-        "be told apart at 5 % with 80 % power if the observed shares were true (Connor, Biometrics 43, "
-        "1987).")
+NOTE = (
+    "Paper rows are real-robot results as printed, on other robots and other objects; they are not "
+    "directly comparable. All rows of grasp-bench are of the same trials. Alone: trials in which only "
+    "the reference, and only this system, succeeded; p: McNemar's exact two-sided test against the "
+    "reference, Holm-corrected over all rows; trials to tell: after how many such trials the two would "
+    "be told apart at 5 % with 80 % power if the observed shares were true (Connor, Biometrics 43, "
+    "1987)."
+)
 
 
-def bench(folder: Path, predictors: Sequence[str] | None = None, trials: int | None = None,
-          scenario: str = "table4", seed: int = 0, workers: int | None = None,
-          on_run: Callable[[str], Any] = lambda name: True) -> list[str]:
+def bench(
+    folder: Path,
+    predictors: Sequence[str] | None = None,
+    trials: int | None = None,
+    scenario: str = "table4",
+    seed: int = 0,
+    workers: int | None = None,
+    on_run: Callable[[str], Any] = lambda name: True,
+) -> list[str]:
     """Tries predictors on the same trials, each into its own folder; finished ones are kept.
 
     Args:
@@ -53,8 +65,15 @@ def bench(folder: Path, predictors: Sequence[str] | None = None, trials: int | N
 
     names = list(predictors) if predictors else [n for n, e in BUILT_IN.items() if e.available]
     for name in names:
-        api.run(trials=trials, predictor=name, scenario=scenario, seed=seed, workers=workers,
-                out=folder / name.replace(":", "-").replace("/", "-"), progress=on_run(name))
+        api.run(
+            trials=trials,
+            predictor=name,
+            scenario=scenario,
+            seed=seed,
+            workers=workers,
+            out=folder / name.replace(":", "-").replace("/", "-"),
+            progress=on_run(name),
+        )
     return [n for n, e in BUILT_IN.items() if not e.available and n not in names]
 
 
@@ -69,20 +88,37 @@ def compare(folders: Sequence[Path], reference: str = REFERENCE) -> dict[str, An
     rows: list[dict[str, Any]] = []
     for run in sorted(runs, key=lambda r: (_kind(r.predictor) == "control", -r.successes, r.predictor)):
         row: dict[str, Any] = {
-            "predictor": run.predictor, "kind": _kind(run.predictor), "run": run.folder.name,
-            "successes": run.successes, "trials": len(run), "rate": run.rate, "wilson95": list(run.interval),
-            "planned_trials": run.info["trials"], "weights": trained_on(run.predictor, run.info["weights"])}
+            "predictor": run.predictor,
+            "kind": _kind(run.predictor),
+            "run": run.folder.name,
+            "successes": run.successes,
+            "trials": len(run),
+            "rate": run.rate,
+            "wilson95": list(run.interval),
+            "planned_trials": run.info["trials"],
+            "weights": trained_on(run.predictor, run.info["weights"]),
+        }
         if against is not None and run is not against:
             pairs = against.compare(run)
             shares = pairs.first_only / pairs.trials, pairs.second_only / pairs.trials
-            row |= {"reference_only": pairs.first_only, "this_only": pairs.second_only,
-                    "p_value": pairs.p_value, "trials_to_tell": trials_to_distinguish(*shares)}
+            row |= {
+                "reference_only": pairs.first_only,
+                "this_only": pairs.second_only,
+                "p_value": pairs.p_value,
+                "trials_to_tell": trials_to_distinguish(*shares),
+            }
         rows.append(row)
     _correct(rows)
     first = (against or runs[0]).info if runs else {}
-    return {"format": FORMAT, "kind": "bench-table", "reference": reference if against else None,
-            "scenario": first.get("scenario", {}).get("name"), "seed": first.get("seed"), "rows": rows,
-            "ablations": _ablations(runs)}
+    return {
+        "format": FORMAT,
+        "kind": "bench-table",
+        "reference": reference if against else None,
+        "scenario": first.get("scenario", {}).get("name"),
+        "seed": first.get("seed"),
+        "rows": rows,
+        "ablations": _ablations(runs),
+    }
 
 
 def _ablations(runs: Sequence[Run]) -> list[dict[str, Any]]:
@@ -90,14 +126,20 @@ def _ablations(runs: Sequence[Run]) -> list[dict[str, Any]]:
     by_name = {r.predictor: r for r in runs}
     whole, rows = by_name.get(UNABLATED), []
     for name, (external, channel) in ABLATIONS.items():
-        row: dict[str, Any] = {"predictor": name, "external_attention": external,
-                               "channel_attention": channel}
+        row: dict[str, Any] = {
+            "predictor": name,
+            "external_attention": external,
+            "channel_attention": channel,
+        }
         if (run := by_name.get(name)) is not None:
             row |= {"successes": run.successes, "trials": len(run)}
             if whole is not None and run is not whole:
                 pairs = whole.compare(run)
-                row |= {"whole_only": pairs.first_only, "this_only": pairs.second_only,
-                        "p_value": pairs.p_value}
+                row |= {
+                    "whole_only": pairs.first_only,
+                    "this_only": pairs.second_only,
+                    "p_value": pairs.p_value,
+                }
         rows.append(row)
     _correct(rows)
     return rows
@@ -133,11 +175,18 @@ def trained_on(predictor: str, used: dict[str, str | None] | None) -> dict[str, 
         return None
     data = facts.get("data", {})
     network = build(facts["network"], stored_input(facts))
-    return {"parameters": parameter_count(network), "input": facts.get("input"), "steps": facts.get("steps"),
-            "batch": facts.get("config", {}).get("batch"), "seed": facts.get("seed"),
-            "minutes": round(facts["seconds"] / 60) if facts.get("seconds") else None,
-            "scenes": data.get("train"), "folders": data.get("folders"),
-            "fingerprint": data.get("fingerprint"), "begun_with": facts.get("begun_with")}
+    return {
+        "parameters": parameter_count(network),
+        "input": facts.get("input"),
+        "steps": facts.get("steps"),
+        "batch": facts.get("config", {}).get("batch"),
+        "seed": facts.get("seed"),
+        "minutes": round(facts["seconds"] / 60) if facts.get("seconds") else None,
+        "scenes": data.get("train"),
+        "folders": data.get("folders"),
+        "fingerprint": data.get("fingerprint"),
+        "begun_with": facts.get("begun_with"),
+    }
 
 
 def read_evaluations(folder: Path) -> list[dict[str, Any]]:
@@ -153,22 +202,33 @@ def read_evaluations(folder: Path) -> list[dict[str, Any]]:
             if result["kind"] != "evaluation" or result["format"] != 1:
                 raise ValueError(f"kind {result['kind']!r}, format {result['format']!r}")
         except (OSError, ValueError, KeyError, TypeError) as error:
-            raise ResultsError(f"{path} is no result of `grasp-bench evaluate --out` ({error}); move it away "
-                               f"or make it again.") from error
+            raise ResultsError(
+                f"{path} is no result of `grasp-bench evaluate --out` ({error}); move it away "
+                f"or make it again."
+            ) from error
         results.append(result)
     return results
 
 
 # ---------------------------------------------------------------- tables
 
+
 def tables(comparison: dict[str, Any], evaluations: Sequence[dict[str, Any]]) -> list[TextTable]:
     """Table 4, what was trained on what, and Tables 1 to 3, all re-measured."""
-    found = [accuracy_table(name, chosen) for name in ("cornell", "jacquard", "synthetic")
-             if (chosen := [e for e in evaluations if e["dataset"] == name])]
+    found = [
+        accuracy_table(name, chosen)
+        for name in ("cornell", "jacquard", "synthetic")
+        if (chosen := [e for e in evaluations if e["dataset"] == name])
+    ]
     weights = _weights_table(comparison)
     ablations = [e for e in evaluations if e["predictor"].startswith("htc-grasp")]
-    return [table_4(comparison), *([weights] if weights.rows else []), *found,
-            *([ablation_table(ablations)] if ablations else []), _ablations_in_physics(comparison)]
+    return [
+        table_4(comparison),
+        *([weights] if weights.rows else []),
+        *found,
+        *([ablation_table(ablations)] if ablations else []),
+        _ablations_in_physics(comparison),
+    ]
 
 
 def table_4(comparison: dict[str, Any]) -> TextTable:
@@ -176,8 +236,17 @@ def table_4(comparison: dict[str, Any]) -> TextTable:
     rows = []
     for row in PAPER:
         low, high = wilson(row.successes, row.trials)
-        rows.append([f"{row.system} ({row.authors}, real robot)", f"{row.successes}/{row.trials}",
-                     f"{row.printed_rate:.1f}%", f"{low:.1%} – {high:.1%}", "", "", ""])
+        rows.append(
+            [
+                f"{row.system} ({row.authors}, real robot)",
+                f"{row.successes}/{row.trials}",
+                f"{row.printed_rate:.1f}%",
+                f"{low:.1%} – {high:.1%}",
+                "",
+                "",
+                "",
+            ]
+        )
     for row in comparison["rows"]:
         rate, counted, interval = rate_cells(row["successes"], row["trials"])
         name = row["predictor"] + (" (control)" if row["kind"] == "control" else "")
@@ -206,9 +275,17 @@ def _weights_table(comparison: dict[str, Any]) -> TextTable:
         begun = f", begun with {w['begun_with']}" if w["begun_with"] else ""
         data = ", ".join(w["folders"] or ["?"]) + begun
         took = f"{w['minutes']} min" if w["minutes"] else "not recorded"
-        rows.append([row["predictor"], f"{w['parameters']:,}", str(w["input"] or "?"),
-                     f"{w['scenes'] or '?'} scenes of {data}", f"{w['steps'] or '?'} × {w['batch'] or '?'}",
-                     took, str(w["seed"])])
+        rows.append(
+            [
+                row["predictor"],
+                f"{w['parameters']:,}",
+                str(w["input"] or "?"),
+                f"{w['scenes'] or '?'} scenes of {data}",
+                f"{w['steps'] or '?'} × {w['batch'] or '?'}",
+                took,
+                str(w["seed"]),
+            ]
+        )
     head = ("Network", "Parameters", "Input", "Data", "Steps × batch", "Took", "Seed")
     return TextTable("What was trained on what", head, rows, "", (1, 5, 6))
 
@@ -217,17 +294,43 @@ def _ablations_in_physics(comparison: dict[str, Any]) -> TextTable:
     """The switches of the paper's Table 3 against success in physics."""
     rows = []
     for row in comparison["ablations"]:
-        cells = (rate_cells(row["successes"], row["trials"]) if "successes" in row
-                 else ["not measured", "", ""])
-        against = ([f"{row['whole_only']} : {row['this_only']}", f"{row['p_holm']:.2g}"]
-                   if "p_value" in row else ["", ""])
-        rows.append([row["predictor"], "✓" if row["external_attention"] else "",
-                     "✓" if row["channel_attention"] else "", *cells, *against])
-    note = (f"All trained with the same budget. Alone: trials in which only {UNABLATED}, and only this one, "
-            "succeeded; p: McNemar's exact two-sided test, Holm-corrected over these rows.")
-    return TextTable("Table 3's ablations on the trials of Table 4",
-                     ("Predictor", "External attention", "Channel attention", "Rate", "Grasped",
-                      "95 % interval", "Alone", "p (Holm)"), rows, note, range(3, 8))
+        cells = (
+            rate_cells(row["successes"], row["trials"]) if "successes" in row else ["not measured", "", ""]
+        )
+        against = (
+            [f"{row['whole_only']} : {row['this_only']}", f"{row['p_holm']:.2g}"]
+            if "p_value" in row
+            else ["", ""]
+        )
+        rows.append(
+            [
+                row["predictor"],
+                "✓" if row["external_attention"] else "",
+                "✓" if row["channel_attention"] else "",
+                *cells,
+                *against,
+            ]
+        )
+    note = (
+        f"All trained with the same budget. Alone: trials in which only {UNABLATED}, and only this one, "
+        "succeeded; p: McNemar's exact two-sided test, Holm-corrected over these rows."
+    )
+    return TextTable(
+        "Table 3's ablations on the trials of Table 4",
+        (
+            "Predictor",
+            "External attention",
+            "Channel attention",
+            "Rate",
+            "Grasped",
+            "95 % interval",
+            "Alone",
+            "p (Holm)",
+        ),
+        rows,
+        note,
+        range(3, 8),
+    )
 
 
 def run_folders(folder: Path) -> list[Path]:

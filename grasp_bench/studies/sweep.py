@@ -85,12 +85,37 @@ class Sweep:
         """The points as comma-separated values."""
         text = io.StringIO()
         table = csv.writer(text, lineterminator="\n")
-        table.writerow(["parameter", "value", "predictor", "successes", "trials", "rate", "low", "high",
-                        "lost", "gained", "p"])
+        table.writerow(
+            [
+                "parameter",
+                "value",
+                "predictor",
+                "successes",
+                "trials",
+                "rate",
+                "low",
+                "high",
+                "lost",
+                "gained",
+                "p",
+            ]
+        )
         for p in self.points:
-            table.writerow([self.parameter, p.value, p.predictor, p.successes, p.trials, f"{p.rate:.4f}",
-                            f"{p.low:.4f}", f"{p.high:.4f}", p.lost, p.gained,
-                            None if p.p is None else f"{p.p:.3g}"])
+            table.writerow(
+                [
+                    self.parameter,
+                    p.value,
+                    p.predictor,
+                    p.successes,
+                    p.trials,
+                    f"{p.rate:.4f}",
+                    f"{p.low:.4f}",
+                    f"{p.high:.4f}",
+                    p.lost,
+                    p.gained,
+                    None if p.p is None else f"{p.p:.3g}",
+                ]
+            )
         return text.getvalue()
 
 
@@ -104,8 +129,10 @@ def read_values(text: str) -> list[Any]:
         values = yaml.safe_load(f"[{text}]")
     except yaml.YAMLError as error:
         raise ScenarioError(f"--values must be like 0,0.001,0.002, not {text!r}.") from error
-    values = [float(v) if isinstance(v, str) and re.fullmatch(r"[+-]?\d+(\.\d*)?[eE][+-]?\d+", v) else v
-              for v in values]  # YAML 1.1 takes 1e-3 for text
+    values = [
+        float(v) if isinstance(v, str) and re.fullmatch(r"[+-]?\d+(\.\d*)?[eE][+-]?\d+", v) else v
+        for v in values
+    ]  # YAML 1.1 takes 1e-3 for text
     if not values or any(v is None for v in values):
         raise ScenarioError(f"--values must name at least one value, and no empty one, not {text!r}.")
     if len({str(v) for v in values}) < len(values):
@@ -130,10 +157,19 @@ def varied(base: Scenario, parameter: str, values: Sequence[Any]) -> dict[str, t
     return found
 
 
-def sweep(parameter: str, values: Sequence[Any], base: Scenario, out: Path, *,
-          predictors: Sequence[str] = ("htc-grasp",), objects: Any = None, trials: int | None = None,
-          seed: int = 0, workers: int | None = None,
-          progress: Callable[[str, dict[str, Any], bool], None] | None = None) -> Sweep:
+def sweep(
+    parameter: str,
+    values: Sequence[Any],
+    base: Scenario,
+    out: Path,
+    *,
+    predictors: Sequence[str] = ("htc-grasp",),
+    objects: Any = None,
+    trials: int | None = None,
+    seed: int = 0,
+    workers: int | None = None,
+    progress: Callable[[str, dict[str, Any], bool], None] | None = None,
+) -> Sweep:
     """Run every value for every predictor, and put the figures together.
 
     Args:
@@ -156,29 +192,51 @@ def sweep(parameter: str, values: Sequence[Any], base: Scenario, out: Path, *,
         won: dict[str, dict[int, bool]] = {}
         for name, (value, scenario) in scenarios.items():
             words = f"{predictor}, {parameter} = {value}"
-            api.run(objects, trials, predictor, scenario, seed=seed, workers=workers, out=out / label / name,
-                    progress=False if progress is None else
-                    lambda record, resumed, words=words: progress(words, record, resumed))
+            api.run(
+                objects,
+                trials,
+                predictor,
+                scenario,
+                seed=seed,
+                workers=workers,
+                out=out / label / name,
+                progress=False
+                if progress is None
+                else lambda record, resumed, words=words: progress(words, record, resumed),
+            )
             records, _ = read_lines(out / label / name / TRIALS)
             won[name] = {r["trial"]: r["success"] for r in records}
-        points += [_point(predictor, value, won[name], won.get(REFERENCE), f"{label}/{name}")
-                   for name, (value, _) in scenarios.items()]
+        points += [
+            _point(predictor, value, won[name], won.get(REFERENCE), f"{label}/{name}")
+            for name, (value, _) in scenarios.items()
+        ]
     own: Any = base.model_dump(mode="json")
     for key in parameter.split("."):
         own = None if own is None else own[key]
     return Sweep(parameter, base.name, own, seed, tuple(points))
 
 
-def _point(predictor: str, value: Any, won: dict[int, bool], reference: dict[int, bool] | None,
-           folder: str) -> Point:
+def _point(
+    predictor: str, value: Any, won: dict[int, bool], reference: dict[int, bool] | None, folder: str
+) -> Point:
     successes, trials = sum(won.values()), len(won)
     lost = gained = p = None
     if reference is not None:
         lost = sum(reference[t] and not won[t] for t in won)
         gained = sum(won[t] and not reference[t] for t in won)
         p = mcnemar(lost, gained)
-    return Point(predictor, value, successes, trials, successes / trials, *wilson(successes, trials), lost,
-                 gained, p, folder)
+    return Point(
+        predictor,
+        value,
+        successes,
+        trials,
+        successes / trials,
+        *wilson(successes, trials),
+        lost,
+        gained,
+        p,
+        folder,
+    )
 
 
 def save(done: Sweep, out: Path) -> list[Path]:

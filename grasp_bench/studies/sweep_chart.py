@@ -30,14 +30,18 @@ def as_svg(done: Sweep) -> str:
     def y(rate: float) -> float:
         return TOP + (1 - rate) * (HEIGHT - TOP - BOTTOM)
 
-    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" font-size="13" '
-             'font-family="system-ui, sans-serif" role="img">',
-             f"<title>Success against {escape(done.parameter)} ({escape(done.scenario)})</title>",
-             f'<rect width="{WIDTH}" height="{HEIGHT}" fill="#ffffff"/>']
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" font-size="13" '
+        'font-family="system-ui, sans-serif" role="img">',
+        f"<title>Success against {escape(done.parameter)} ({escape(done.scenario)})</title>",
+        f'<rect width="{WIDTH}" height="{HEIGHT}" fill="#ffffff"/>',
+    ]
     for percent in range(0, 101, 20):
         at = y(percent / 100)
-        parts += [f'<line x1="{LEFT}" y1="{at:.1f}" x2="{WIDTH - RIGHT}" y2="{at:.1f}" stroke="#e3e3e3"/>',
-                  _text(LEFT - 8, at + 4, f"{percent} %", "end")]
+        parts += [
+            f'<line x1="{LEFT}" y1="{at:.1f}" x2="{WIDTH - RIGHT}" y2="{at:.1f}" stroke="#e3e3e3"/>',
+            _text(LEFT - 8, at + 4, f"{percent} %", "end"),
+        ]
     for i, value in enumerate(values):
         own = value == words(done.own)
         parts.append(_text(LEFT + (i + 0.5) * step, HEIGHT - BOTTOM + 20, value, "middle", bold=own))
@@ -50,10 +54,12 @@ def as_svg(done: Sweep) -> str:
         path = " ".join(f"{x:.1f},{y(p.rate):.1f}" for x, p in zip(at, points, strict=True))
         parts.append(f'<polyline points="{path}" fill="none" stroke="{color}" stroke-width="1.5"/>')
         for x, p in zip(at, points, strict=True):
-            parts += [f'<line x1="{x:.1f}" y1="{y(p.low):.1f}" x2="{x:.1f}" y2="{y(p.high):.1f}" '
-                      f'stroke="{color}" stroke-width="2" stroke-opacity="0.5"/>',
-                      f'<circle cx="{x:.1f}" cy="{y(p.rate):.1f}" r="4" fill="{color}">'
-                      f"<title>{escape(_hover(p))}</title></circle>"]
+            parts += [
+                f'<line x1="{x:.1f}" y1="{y(p.low):.1f}" x2="{x:.1f}" y2="{y(p.high):.1f}" '
+                f'stroke="{color}" stroke-width="2" stroke-opacity="0.5"/>',
+                f'<circle cx="{x:.1f}" cy="{y(p.rate):.1f}" r="4" fill="{color}">'
+                f"<title>{escape(_hover(p))}</title></circle>",
+            ]
         legend = LEFT + 150 * k
         parts += [f'<circle cx="{legend + 6}" cy="20" r="5" fill="{color}"/>', _text(legend + 16, 24, name)]
     trials = {p.trials for p in done.points}
@@ -64,13 +70,16 @@ def as_svg(done: Sweep) -> str:
 
 def _text(x: float, y: float, text: str, anchor: str = "start", bold: bool = False) -> str:
     weight = ' font-weight="bold"' if bold else ""
-    return (f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"{weight} fill="#333333">'
-            f"{escape(text)}</text>")
+    return (
+        f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"{weight} fill="#333333">{escape(text)}</text>'
+    )
 
 
 def _hover(p: Point) -> str:
-    return (f"{p.predictor}, {words(p.value)}: {p.successes}/{p.trials} = {p.rate:.1%} "
-            f"({p.low:.1%} – {p.high:.1%})")
+    return (
+        f"{p.predictor}, {words(p.value)}: {p.successes}/{p.trials} = {p.rate:.1%} "
+        f"({p.low:.1%} – {p.high:.1%})"
+    )
 
 
 def as_html(done: Sweep) -> str:
@@ -81,13 +90,24 @@ def as_html(done: Sweep) -> str:
     for k, name in enumerate(done.predictors):
         points = [p for p in done.points if p.predictor == name]
         figure.add_scatter(
-            x=[words(p.value) for p in points], y=[100 * p.rate for p in points], name=name,
-            mode="lines+markers", marker_color=COLORS[k % len(COLORS)], text=[_hover(p) for p in points],
+            x=[words(p.value) for p in points],
+            y=[100 * p.rate for p in points],
+            name=name,
+            mode="lines+markers",
+            marker_color=COLORS[k % len(COLORS)],
+            text=[_hover(p) for p in points],
             hoverinfo="text",
-            error_y={"type": "data", "symmetric": False, "array": [100 * (p.high - p.rate) for p in points],
-                     "arrayminus": [100 * (p.rate - p.low) for p in points]})
+            error_y={
+                "type": "data",
+                "symmetric": False,
+                "array": [100 * (p.high - p.rate) for p in points],
+                "arrayminus": [100 * (p.rate - p.low) for p in points],
+            },
+        )
     figure.update_layout(
         title=f"Success against {done.parameter} on {done.scenario}, seed {done.seed}; 95 % Wilson intervals",
         xaxis={"title": done.parameter, "type": "category"},
-        yaxis={"title": "success [%]", "range": [0, 102]}, template="plotly_white")
+        yaxis={"title": "success [%]", "range": [0, 102]},
+        template="plotly_white",
+    )
     return figure.to_html(include_plotlyjs=True, full_html=True)

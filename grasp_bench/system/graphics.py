@@ -55,10 +55,14 @@ def with_gl(backend: str | None = None) -> str:
     if chosen in ("", "off") and "mujoco" not in sys.modules:
         found = available()
         if backend not in found and (backend is not None or not found):
-            raise GraspBenchError(f"OpenGL by {backend or 'EGL or OSMesa'} is not installed here (Debian: "
-                                  "libegl1 or libosmesa6); --renderer raycast needs neither.")
+            raise GraspBenchError(
+                f"OpenGL by {backend or 'EGL or OSMesa'} is not installed here (Debian: "
+                "libegl1 or libosmesa6); --renderer raycast needs neither."
+            )
         chosen = os.environ[VARIABLE] = backend or found[0]
     if chosen not in LIBRARIES or (backend is not None and chosen != backend):
-        raise GraspBenchError(f"MuJoCo was started with {VARIABLE}={chosen or '(unset)'}; set "
-                              f"{VARIABLE}={backend or 'egl'} before Python starts.")
+        raise GraspBenchError(
+            f"MuJoCo was started with {VARIABLE}={chosen or '(unset)'}; set "
+            f"{VARIABLE}={backend or 'egl'} before Python starts."
+        )
     return chosen

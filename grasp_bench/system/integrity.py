@@ -26,8 +26,10 @@ def weights_path(network: str) -> Path:
 
 def missing_weights(path: Path) -> AssetError:
     """What to say of weights that are not there."""
-    return AssetError(f"Weights {path} are missing; train them with `grasp-bench train --predictor "
-                      f"{path.stem} --export`, or give the path of a .safetensors file.")
+    return AssetError(
+        f"Weights {path} are missing; train them with `grasp-bench train --predictor "
+        f"{path.stem} --export`, or give the path of a .safetensors file."
+    )
 
 
 def check_manifest(path: Path) -> bool:
@@ -47,8 +49,10 @@ def check_manifest(path: Path) -> bool:
     except (ValueError, AttributeError) as error:
         raise AssetError(f"{manifest} is not a JSON object of file: sha256 ({error}); restore it.") from error
     if expected is not None and sha256(path) != expected:
-        raise AssetError(f"{path} does not have the SHA-256 in {manifest.name} ({str(expected)[:9]}…): "
-                         f"it was altered or only partly fetched; restore it, e.g. reinstall grasp-bench.")
+        raise AssetError(
+            f"{path} does not have the SHA-256 in {manifest.name} ({str(expected)[:9]}…): "
+            f"it was altered or only partly fetched; restore it, e.g. reinstall grasp-bench."
+        )
     return expected is not None
 
 

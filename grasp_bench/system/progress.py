@@ -22,9 +22,15 @@ class Progress:
         from rich.progress import Progress as Bar
 
         shown = console or Console(stderr=True)
-        self._bar = Bar(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
-                        TextColumn("{task.fields[rate]}"), TimeRemainingColumn(), console=shown,
-                        disable=shown.quiet)
+        self._bar = Bar(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[rate]}"),
+            TimeRemainingColumn(),
+            console=shown,
+            disable=shown.quiet,
+        )
         self._task = self._bar.add_task("Grasping", total=total, rate="")
         self._done = self._won = 0
 

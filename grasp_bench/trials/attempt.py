@@ -65,18 +65,35 @@ class TrialRecord:
     def to_json(self) -> dict[str, Any]:
         """Plain data with numbers rounded far below what is measurable."""
         return {
-            "trial": self.trial, "object": self.object, "category": self.category, "seed": self.seed,
-            "outcome": str(self.outcome), "success": self.success, "detail": self.detail,
-            "grasp": None if self.grasp is None else {
-                "x": round(self.grasp.x, 3), "y": round(self.grasp.y, 3), "angle": round(self.grasp.angle, 6),
-                "width": round(self.grasp.width, 3), "quality": round(self.grasp.quality, 5)},
-            "pose": None if self.pose is None else {
+            "trial": self.trial,
+            "object": self.object,
+            "category": self.category,
+            "seed": self.seed,
+            "outcome": str(self.outcome),
+            "success": self.success,
+            "detail": self.detail,
+            "grasp": None
+            if self.grasp is None
+            else {
+                "x": round(self.grasp.x, 3),
+                "y": round(self.grasp.y, 3),
+                "angle": round(self.grasp.angle, 6),
+                "width": round(self.grasp.width, 3),
+                "quality": round(self.grasp.quality, 5),
+            },
+            "pose": None
+            if self.pose is None
+            else {
                 "position": np.round(self.pose.position, 6).tolist(),
-                "rotation": np.round(self.pose.rotation, 6).tolist(), "opening": round(self.pose.opening, 6)},
+                "rotation": np.round(self.pose.rotation, 6).tolist(),
+                "opening": round(self.pose.opening, 6),
+            },
             "rank": self.rank,
-            "tcp_error": None if self.tcp_error is None else {
-                "position": round(self.tcp_error[0], 6), "angle": round(self.tcp_error[1], 6)},
-            "lift_height": round(self.lift_height, 5), "contact_force": round(self.contact_force, 3),
+            "tcp_error": None
+            if self.tcp_error is None
+            else {"position": round(self.tcp_error[0], 6), "angle": round(self.tcp_error[1], 6)},
+            "lift_height": round(self.lift_height, 5),
+            "contact_force": round(self.contact_force, 3),
             "sim_steps": self.sim_steps,
         }
 
@@ -147,8 +164,14 @@ def miscalibrated(pose: CameraPose, calibration: Calibration, rng: np.random.Gen
     return pose.moved(calibration.position_mm / 1000 * shift, math.radians(calibration.rotation_deg) * axis)
 
 
-def take_picture(world: World, camera: SceneCamera, scenario: Scenario, rng: np.random.Generator,
-                 clock: Clock, changing: int = -1) -> tuple[Picture, RgbdImage]:
+def take_picture(
+    world: World,
+    camera: SceneCamera,
+    scenario: Scenario,
+    rng: np.random.Generator,
+    clock: Clock,
+    changing: int = -1,
+) -> tuple[Picture, RgbdImage]:
     """The perfect picture of a world, and what the sensor makes of it.
 
     Args:
@@ -162,13 +185,22 @@ def take_picture(world: World, camera: SceneCamera, scenario: Scenario, rng: np.
     with clock.phase("render"):
         picture = camera.picture(world.model, world.data, changing)
     with clock.phase("sense"):
-        image = sense(picture, camera.intrinsics, scenario.sensor, rng, surfaces(world.model),
-                      scenario.light.level)
+        image = sense(
+            picture, camera.intrinsics, scenario.sensor, rng, surfaces(world.model), scenario.light.level
+        )
     return picture, image
 
 
-def run_trial(cell: Workcell, model: ObjectModel, predictor: Predictor, *, trial: int = 0, attempt: int = 0,
-              seed: int = 0, observer: Callable[[World], None] | None = None) -> Trial:
+def run_trial(
+    cell: Workcell,
+    model: ObjectModel,
+    predictor: Predictor,
+    *,
+    trial: int = 0,
+    attempt: int = 0,
+    seed: int = 0,
+    observer: Callable[[World], None] | None = None,
+) -> Trial:
     """Try to pick up ``model`` once.
 
     Args:
@@ -187,8 +219,9 @@ def run_trial(cell: Workcell, model: ObjectModel, predictor: Predictor, *, trial
 
     def finish(outcome: Outcome, detail: str = "", **measured: Any) -> Trial:
         steps = result.world.steps if result.world else 0
-        result.record = TrialRecord(trial, model.name, model.category, seed, outcome, detail,
-                                    sim_steps=steps, **measured)
+        result.record = TrialRecord(
+            trial, model.name, model.category, seed, outcome, detail, sim_steps=steps, **measured
+        )
         return result
 
     measured: dict[str, Any] = {}
@@ -197,13 +230,20 @@ def run_trial(cell: Workcell, model: ObjectModel, predictor: Predictor, *, trial
             world = result.world = World(compile_scene(scenario, model), scenario)
         with clock.phase("settle"):
             put_down(world, model, scenario, stream(seed, model.name, attempt, Purpose.POSE))
-        _, image = take_picture(world, camera, scenario, stream(seed, model.name, attempt, Purpose.SENSOR),
-                                clock, world.object_body)
+        _, image = take_picture(
+            world,
+            camera,
+            scenario,
+            stream(seed, model.name, attempt, Purpose.SENSOR),
+            clock,
+            world.object_body,
+        )
         result.image = image
         with clock.phase("predict"):
             truth = GroundTruth(model, *world.object_pose, camera.pose, camera.intrinsics)
-            result.grasps = answer(predictor, image, truth,
-                                   stream(seed, model.name, attempt, Purpose.PREDICTOR))
+            result.grasps = answer(
+                predictor, image, truth, stream(seed, model.name, attempt, Purpose.PREDICTOR)
+            )
         if not result.grasps:
             return finish(Outcome.NO_GRASP, "the predictor proposed no grasp")
         with clock.phase("plan"):
@@ -263,21 +303,25 @@ def execute(world: World, plan: Plan, measured: dict[str, Any]) -> tuple[Outcome
     open_at = plan.pose.opening / 2
     world.mark()
 
-    preshape = np.maximum(open_at, FINGER_STROKE - gripper.closing_speed * period
-                          * np.arange(1, len(plan.reach.positions) + 1))
+    preshape = np.maximum(
+        open_at, FINGER_STROKE - gripper.closing_speed * period * np.arange(1, len(plan.reach.positions) + 1)
+    )
     world.follow(plan.reach, preshape)
     for chunk in chunks(plan.approach, 5):
         world.follow(chunk, open_at)
         force, what = world.collision_force()
         if force > motion.collision_force:
-            return Outcome.APPROACH_COLLISION, (f"the gripper met the {what} with {force:.0f} N "
-                                                "on its way down")
+            return Outcome.APPROACH_COLLISION, (
+                f"the gripper met the {what} with {force:.0f} N on its way down"
+            )
     q = plan.approach.end
     world.follow(still(q, 0.05, period), open_at)
     distance, angle = measured["tcp_error"] = tcp_error(world.tcp, plan.pose)
     if distance > motion.tcp_tolerance or angle > math.radians(motion.tcp_tolerance_deg):
-        return Outcome.APPROACH_COLLISION, (f"the gripper was held up {1000 * distance:.1f} mm and "
-                                            f"{math.degrees(angle):.1f}° from the planned grasp")
+        return Outcome.APPROACH_COLLISION, (
+            f"the gripper was held up {1000 * distance:.1f} mm and "
+            f"{math.degrees(angle):.1f}° from the planned grasp"
+        )
 
     closing = np.arange(open_at, -gripper.squeeze, -gripper.closing_speed * period)
     world.follow(still(q, len(closing) * period, period, len(closing)), closing)
@@ -313,7 +357,7 @@ def execute(world: World, plan: Plan, measured: dict[str, Any]) -> tuple[Outcome
 def chunks(motion: Trajectory, size: int) -> Iterator[Trajectory]:
     """A trajectory in pieces of ``size`` samples."""
     for i in range(0, len(motion.positions), size):
-        yield Trajectory(motion.positions[i:i + size], motion.velocities[i:i + size])
+        yield Trajectory(motion.positions[i : i + size], motion.velocities[i : i + size])
 
 
 def still(q: Floats, seconds: float, period: float, count: int | None = None) -> Trajectory:
@@ -325,5 +369,7 @@ def still(q: Floats, seconds: float, period: float, count: int | None = None) ->
 def tcp_error(actual: GraspPose, wanted: GraspPose) -> tuple[float, float]:
     """Distance [m] and angle [rad] between two TCP poses."""
     cosine = (np.trace(actual.rotation.T @ wanted.rotation) - 1) / 2
-    return (float(np.linalg.norm(actual.position - wanted.position)),
-            float(math.acos(min(1.0, max(-1.0, float(cosine))))))
+    return (
+        float(np.linalg.norm(actual.position - wanted.position)),
+        float(math.acos(min(1.0, max(-1.0, float(cosine))))),
+    )

@@ -74,9 +74,17 @@ class Episode:
     clock: Clock
 
 
-def run_episode(cell: Workcell, catalog: Catalog, predictor: Predictor, lead: str, *, trial: int,
-                attempt: int, seed: int,
-                watch: Callable[[int], TrialRecorder | None] = lambda number: None) -> Episode:
+def run_episode(
+    cell: Workcell,
+    catalog: Catalog,
+    predictor: Predictor,
+    lead: str,
+    *,
+    trial: int,
+    attempt: int,
+    seed: int,
+    watch: Callable[[int], TrialRecorder | None] = lambda number: None,
+) -> Episode:
     """Clear one table.
 
     Args:
@@ -95,7 +103,7 @@ def run_episode(cell: Workcell, catalog: Catalog, predictor: Predictor, lead: st
     rng = stream(seed, lead, attempt, Purpose.CLUTTER)
     others = [n for n in catalog.chosen(scenario.objects.names) if n != lead]
     count = min(int(rng.integers(scenario.clutter.fewest, scenario.clutter.most + 1)), len(others) + 1)
-    names = [lead, *(others[i] for i in rng.permutation(len(others))[:count - 1])]
+    names = [lead, *(others[i] for i in rng.permutation(len(others))[: count - 1])]
     attempts: list[dict[str, Any]] = []
     steps = 0
     outcome, detail = Outcome.SUCCESS, ""
@@ -106,8 +114,9 @@ def run_episode(cell: Workcell, catalog: Catalog, predictor: Predictor, lead: st
         failures = 0
         while left and failures < scenario.clutter.failures:
             recorder = watch(len(attempts))
-            ended = _attempt(cell, left, predictor, clock, f"{lead}/{len(attempts)}", trial, attempt, seed,
-                             recorder)
+            ended = _attempt(
+                cell, left, predictor, clock, f"{lead}/{len(attempts)}", trial, attempt, seed, recorder
+            )
             if recorder is not None:
                 with clock.phase("media"):
                     recorder.keep(ended.done, predictor)
@@ -133,8 +142,17 @@ def run_episode(cell: Workcell, catalog: Catalog, predictor: Predictor, lead: st
     return Episode(whole.to_json() | {"clutter": told}, clock)
 
 
-def _attempt(cell: Workcell, left: list[Resting], predictor: Predictor, clock: Clock, name: str,
-             trial: int, attempt: int, seed: int, observer: Callable[[World], None] | None) -> Attempt:
+def _attempt(
+    cell: Workcell,
+    left: list[Resting],
+    predictor: Predictor,
+    clock: Clock,
+    name: str,
+    trial: int,
+    attempt: int,
+    seed: int,
+    observer: Callable[[World], None] | None,
+) -> Attempt:
     """Try to take something away, once."""
     scenario, nominal = cell.scenario, cell.camera
     camera = cell.true_camera(seed, name, attempt)
@@ -146,20 +164,23 @@ def _attempt(cell: Workcell, left: list[Resting], predictor: Predictor, clock: C
 
     def ended(outcome: Outcome, detail: str, after: list[Resting], removed: Sequence[str] = ()) -> Attempt:
         model = left[target].model
-        record = TrialRecord(trial, model.name, model.category, seed, outcome, detail, sim_steps=world.steps,
-                             **measured)
+        record = TrialRecord(
+            trial, model.name, model.category, seed, outcome, detail, sim_steps=world.steps, **measured
+        )
         return Attempt(Trial(record, clock, world=world, **made), after, list(removed))
 
     try:
         with clock.phase("settle"):
             world.settle()
         at_rest = _resting(world, left)
-        picture, image = take_picture(world, camera, scenario,
-                                      stream(seed, name, attempt, Purpose.SENSOR), clock)
+        picture, image = take_picture(
+            world, camera, scenario, stream(seed, name, attempt, Purpose.SENSOR), clock
+        )
         made["image"] = image
         with clock.phase("predict"):
-            grasps = propose(predictor, image, world, left, camera,
-                             stream(seed, name, attempt, Purpose.PREDICTOR))
+            grasps = propose(
+                predictor, image, world, left, camera, stream(seed, name, attempt, Purpose.PREDICTOR)
+            )
         made["grasps"] = grasps
         if not grasps:
             return ended(Outcome.NO_GRASP, "the predictor proposed no grasp", at_rest)
@@ -191,8 +212,9 @@ def _attempt(cell: Workcell, left: list[Resting], predictor: Predictor, clock: C
 def _world(left: list[Resting], scenario: Scenario) -> World:
     """The objects where they rest, and the arm at home."""
     model = compile_mjcf(compose_many(scenario, [r.model for r in left]))
-    world = World(model, scenario, [object_name(i) for i in range(len(left))],
-                  [r.model.friction for r in left])
+    world = World(
+        model, scenario, [object_name(i) for i in range(len(left))], [r.model.friction for r in left]
+    )
     for i, resting in enumerate(left):
         world.aim(i)
         world.place_object(resting.position, resting.quaternion)
@@ -200,8 +222,10 @@ def _world(left: list[Resting], scenario: Scenario) -> World:
 
 
 def _resting(world: World, left: list[Resting]) -> list[Resting]:
-    return [Resting(r.model, world.data.xpos[body].copy(), world.data.xquat[body].copy())
-            for r, body in zip(left, world.bodies, strict=True)]
+    return [
+        Resting(r.model, world.data.xpos[body].copy(), world.data.xquat[body].copy())
+        for r, body in zip(left, world.bodies, strict=True)
+    ]
 
 
 def lay_out(models: Sequence[ObjectModel], scenario: Scenario, rng: np.random.Generator) -> list[Resting]:
@@ -255,8 +279,14 @@ def _placed(models: Sequence[ObjectModel], scenario: Scenario, rng: np.random.Ge
     return placed
 
 
-def propose(predictor: Predictor, image: RgbdImage, world: World, left: list[Resting], camera: SceneCamera,
-            rng: np.random.Generator) -> list[Grasp]:
+def propose(
+    predictor: Predictor,
+    image: RgbdImage,
+    world: World,
+    left: list[Resting],
+    camera: SceneCamera,
+    rng: np.random.Generator,
+) -> list[Grasp]:
     """A predictor's grasps, best first.
 
     A control that sees the truth is asked about every object; its grasps are ranked round by round, the best
@@ -277,8 +307,11 @@ def propose(predictor: Predictor, image: RgbdImage, world: World, left: list[Res
     size = image.intrinsics
     found: list[tuple[int, float, Grasp]] = []
     for truth in truths:
-        inside = [g for g in predictor.predict_from_truth(image, truth)
-                  if 0 <= g.x <= size.width and 0 <= g.y <= size.height]
+        inside = [
+            g
+            for g in predictor.predict_from_truth(image, truth)
+            if 0 <= g.x <= size.width and 0 <= g.y <= size.height
+        ]
         found += [(turn, -float(truth.position[2]), g) for turn, g in enumerate(inside)]
     return checked([g for *_, g in sorted(found, key=lambda f: f[:2])], size)
 

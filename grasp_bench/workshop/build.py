@@ -32,8 +32,15 @@ SHAPE_VERSION = 1
 
 
 def _metres(parts: list[Part]) -> list[Part]:
-    return [Part(Mesh(np.asarray(p.mesh.vertices) * MILLIMETRE, p.mesh.faces, process=False), p.color,
-                 p.material, p.threshold) for p in parts]
+    return [
+        Part(
+            Mesh(np.asarray(p.mesh.vertices) * MILLIMETRE, p.mesh.faces, process=False),
+            p.color,
+            p.material,
+            p.threshold,
+        )
+        for p in parts
+    ]
 
 
 def mass_properties(parts: list[Part], mass: float) -> tuple[np.ndarray, np.ndarray]:
@@ -90,11 +97,20 @@ def build_shape(spec: ObjectSpec, folder: Path) -> bool:
     write_visual(_visual_parts(parts, centre), target / "visual.glb")
     write_hulls([Mesh(h.vertices - centre, h.faces, process=False) for h in hulls], target / "collision.glb")
     details = {
-        "name": spec.name, "category": spec.category, "family": spec.family, "mass": spec.mass,
-        "material": spec.material, "friction": MATERIALS[spec.material].friction, "source": spec.source,
-        "inertia": rounded(inertia, 12), "extents": rounded(solid.extents, 5),
-        "volume": round(float(solid.volume), 9), "faces": faces, "hulls": len(hulls),
-        "decomposition": {k: round(v, 5) for k, v in asdict(error).items()}, "fingerprint": mark,
+        "name": spec.name,
+        "category": spec.category,
+        "family": spec.family,
+        "mass": spec.mass,
+        "material": spec.material,
+        "friction": MATERIALS[spec.material].friction,
+        "source": spec.source,
+        "inertia": rounded(inertia, 12),
+        "extents": rounded(solid.extents, 5),
+        "volume": round(float(solid.volume), 9),
+        "faces": faces,
+        "hulls": len(hulls),
+        "decomposition": {k: round(v, 5) for k, v in asdict(error).items()},
+        "fingerprint": mark,
     }
     done.write_text(json.dumps(details, indent=1))
     return True
@@ -106,9 +122,16 @@ def rounded(values: Any, digits: int) -> Any:
 
 
 def _visual_parts(parts: list[Part], centre: np.ndarray) -> list[VisualPart]:
-    return [VisualPart(np.asarray(p.mesh.vertices) - centre, np.asarray(p.mesh.faces, np.int32),
-                       tuple(int(p.color[i:i + 2], 16) / 255 for i in (1, 3, 5)),  # type: ignore[arg-type]
-                       MATERIALS[p.material].roughness, p.material) for p in parts]
+    return [
+        VisualPart(
+            np.asarray(p.mesh.vertices) - centre,
+            np.asarray(p.mesh.faces, np.int32),
+            tuple(int(p.color[i : i + 2], 16) / 255 for i in (1, 3, 5)),  # type: ignore[arg-type]
+            MATERIALS[p.material].roughness,
+            p.material,
+        )
+        for p in parts
+    ]
 
 
 def write_visual(parts: list[VisualPart], path: Path) -> None:
@@ -117,8 +140,11 @@ def write_visual(parts: list[VisualPart], path: Path) -> None:
     for part in parts:
         mesh = Mesh(part.vertices, part.faces, process=False)
         rgba = [*(round(255 * c) for c in part.rgb), 255]
-        mesh.visual = TextureVisuals(material=PBRMaterial(
-            name=part.material, baseColorFactor=rgba, metallicFactor=0.0, roughnessFactor=part.roughness))
+        mesh.visual = TextureVisuals(
+            material=PBRMaterial(
+                name=part.material, baseColorFactor=rgba, metallicFactor=0.0, roughnessFactor=part.roughness
+            )
+        )
         meshes.append(mesh)
     _write_scene(meshes, "part", path)
 
@@ -135,8 +161,9 @@ def _write_scene(meshes: list[Mesh], stem: str, path: Path) -> None:
     path.write_bytes(scene.export(file_type="glb"))  # type: ignore[arg-type]
 
 
-def build_all(folder: Path, names: Iterable[str] | None = None, workers: int = 2,
-              stage: str = "all") -> Iterator[tuple[str, str]]:
+def build_all(
+    folder: Path, names: Iterable[str] | None = None, workers: int = 2, stage: str = "all"
+) -> Iterator[tuple[str, str]]:
     """Build objects on ``workers`` processes; yields (name, outcome) as each ends.
 
     Args:
@@ -153,7 +180,8 @@ def build_all(folder: Path, names: Iterable[str] | None = None, workers: int = 2
     chosen = list(REGISTRY) if names is None else list(names)
     with ProcessPool(max_workers=workers) as pool:
         futures: dict[Future[str], str] = {
-            pool.submit(_build_one, 1800, name, folder, stage): name for name in chosen}
+            pool.submit(_build_one, 1800, name, folder, stage): name for name in chosen
+        }
         for future in as_completed(futures):
             name = futures[future]
             try:
@@ -179,8 +207,20 @@ def write_manifest(folder: Path) -> int:
     objects = []
     for path in sorted(folder.glob("*/object.json")):
         details = json.loads(path.read_text())
-        keep = ("name", "category", "family", "mass", "material", "friction", "source", "inertia", "extents",
-                "faces", "hulls", "decomposition")
+        keep = (
+            "name",
+            "category",
+            "family",
+            "mass",
+            "material",
+            "friction",
+            "source",
+            "inertia",
+            "extents",
+            "faces",
+            "hulls",
+            "decomposition",
+        )
         files = {f: sha256(path.parent / f) for f in FILES}
         objects.append({k: details[k] for k in keep} | {"files": files})
     lines = ",\n".join("  " + json.dumps(o) for o in objects)

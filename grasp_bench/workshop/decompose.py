@@ -79,9 +79,18 @@ def coacd_hulls(mesh: Mesh, threshold: float) -> list[Mesh]:
 
     coacd.set_log_level("error")
     pieces = coacd.run_coacd(
-        coacd.Mesh(np.asarray(mesh.vertices), np.asarray(mesh.faces)), threshold=threshold,
-        preprocess_mode="off", mcts_nodes=10, mcts_iterations=60, mcts_max_depth=2, resolution=1000,
-        merge=True, decimate=True, max_ch_vertex=MAX_VERTICES, seed=0)
+        coacd.Mesh(np.asarray(mesh.vertices), np.asarray(mesh.faces)),
+        threshold=threshold,
+        preprocess_mode="off",
+        mcts_nodes=10,
+        mcts_iterations=60,
+        mcts_max_depth=2,
+        resolution=1000,
+        merge=True,
+        decimate=True,
+        max_ch_vertex=MAX_VERTICES,
+        seed=0,
+    )
     return [reduce_hull(np.asarray(v, dtype=float)) for v, _ in pieces]
 
 
@@ -113,5 +122,6 @@ def compare(solid: Mesh, hulls: list[Mesh]) -> DecompositionError:
         return DecompositionError(float(body.volume / solid.volume), 0.0, 0.0)
     points = trimesh.sample.sample_surface(added, 4000, seed=0)[0]
     _, distance, _ = trimesh.proximity.closest_point(solid, points)
-    return DecompositionError(float(body.volume / solid.volume), float(distance.mean()),
-                              float(distance.max()))
+    return DecompositionError(
+        float(body.volume / solid.volume), float(distance.mean()), float(distance.max())
+    )

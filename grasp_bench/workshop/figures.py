@@ -69,8 +69,9 @@ def stroke(points: ArrayLike, width: float, cap: Literal["round", "flat", "squar
     return line.buffer(width / 2, cap_style=cap, quad_segs=6)
 
 
-def arc(radius: float, start: float, stop: float, x: float = 0.0, y: float = 0.0,
-        segments: int = 16) -> Floats:
+def arc(
+    radius: float, start: float, stop: float, x: float = 0.0, y: float = 0.0, segments: int = 16
+) -> Floats:
     """Points (segments + 1, 2) on a circle from angle ``start`` to ``stop`` in degrees."""
     t = np.radians(np.linspace(start, stop, segments + 1))
     return np.column_stack([x + radius * np.cos(t), y + radius * np.sin(t)])

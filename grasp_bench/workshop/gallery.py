@@ -43,11 +43,19 @@ def gallery_pictures(model: ObjectModel, size: int = TILE) -> list[Image.Image]:
         for i, hull in enumerate(model.hulls if hulls else []):
             outwards = hull - hull.mean(0)
             swollen = hull + SWELL * outwards / np.linalg.norm(outwards, axis=1, keepdims=True)
-            spec.add_mesh(name=f"h{i}", uservert=(swollen @ rotation.T * scale).ravel(),
-                          userface=ConvexHull(hull).simplices.ravel(),
-                          inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
-            spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=f"h{i}", contype=0,
-                                    conaffinity=0, rgba=[*hsv_to_rgb((0.381966 * i) % 1, 0.7, 0.95), 0.75])
+            spec.add_mesh(
+                name=f"h{i}",
+                uservert=(swollen @ rotation.T * scale).ravel(),
+                userface=ConvexHull(hull).simplices.ravel(),
+                inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX,
+            )
+            spec.worldbody.add_geom(
+                type=mujoco.mjtGeom.mjGEOM_MESH,
+                meshname=f"h{i}",
+                contype=0,
+                conaffinity=0,
+                rgba=[*hsv_to_rgb((0.381966 * i) % 1, 0.7, 0.95), 0.75],
+            )
         pictures += shoot(spec.compile(), centre, (view,), size)
     return pictures
 
@@ -58,8 +66,9 @@ def _rotation(pose: RestingPose) -> NDArray[np.float64]:
     return matrix.reshape(3, 3)
 
 
-def _place(rotation: NDArray[np.float64], grasp: ReferenceGrasp,
-           side: int) -> tuple[NDArray[np.float64], float]:
+def _place(
+    rotation: NDArray[np.float64], grasp: ReferenceGrasp, side: int
+) -> tuple[NDArray[np.float64], float]:
     """Middle of a finger in the resting object's axes, about its centre of mass, and its yaw."""
     axis = rotation @ grasp.axis
     middle = rotation @ grasp.tip + side * (grasp.width / 2 + FINGER[0]) * axis + [0, 0, FINGER[2]]
@@ -72,12 +81,19 @@ def _finger_corners(rotation: NDArray[np.float64], grasp: ReferenceGrasp, side: 
     return middle + signs * (FINGER[1], FINGER[1], FINGER[2])
 
 
-def _add_finger(spec: mujoco.MjSpec, rotation: NDArray[np.float64], grasp: ReferenceGrasp, side: int,
-                scale: float) -> None:
+def _add_finger(
+    spec: mujoco.MjSpec, rotation: NDArray[np.float64], grasp: ReferenceGrasp, side: int, scale: float
+) -> None:
     middle, yaw = _place(rotation, grasp, side)
-    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[scale * s for s in FINGER],
-                            pos=list(scale * middle), quat=[np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)],
-                            rgba=[0.15, 0.17, 0.2, 0.85], contype=0, conaffinity=0)
+    spec.worldbody.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[scale * s for s in FINGER],
+        pos=list(scale * middle),
+        quat=[np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)],
+        rgba=[0.15, 0.17, 0.2, 0.85],
+        contype=0,
+        conaffinity=0,
+    )
 
 
 def gallery_sheet(models: list[ObjectModel], columns: int = 5, size: int = 150) -> Image.Image:
@@ -89,5 +105,5 @@ def gallery_sheet(models: list[ObjectModel], columns: int = 5, size: int = 150) 
         x, y = i % columns * (2 * size + 6), i // columns * (size + caption)
         for k, picture in enumerate(gallery_pictures(model, size)):
             sheet.paste(picture, (x + k * size, y))
-        draw.text((x + 3, y + size + 1), f"{model.name} ({model.category})"[:2 * size // 6], fill="black")
+        draw.text((x + 3, y + size + 1), f"{model.name} ({model.category})"[: 2 * size // 6], fill="black")
     return sheet

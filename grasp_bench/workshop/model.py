@@ -61,8 +61,9 @@ class ObjectSpec:
 REGISTRY: dict[str, ObjectSpec] = {}
 
 
-def household(*, category: str, family: str, mass: float, material: str, source: str,
-              name: str | None = None) -> Callable[[Callable[[], list[Part]]], Callable[[], list[Part]]]:
+def household(
+    *, category: str, family: str, mass: float, material: str, source: str, name: str | None = None
+) -> Callable[[Callable[[], list[Part]]], Callable[[], list[Part]]]:
     """Register the decorated function as the model of a household object.
 
     The object's name is the function's unless ``name`` is given.

@@ -21,8 +21,9 @@ VIEWS = ((-35.0, 130.0), (-60.0, 220.0))
 """Elevation and azimuth of the two standard views [degrees]."""
 
 
-def scene_of(parts: list[VisualPart], rotation: np.ndarray,
-             reach: np.ndarray | None = None) -> tuple[mujoco.MjSpec, float, np.ndarray]:
+def scene_of(
+    parts: list[VisualPart], rotation: np.ndarray, reach: np.ndarray | None = None
+) -> tuple[mujoco.MjSpec, float, np.ndarray]:
     """Parts on a light floor, scaled so that the diagonal is 1.
 
     Args:
@@ -43,21 +44,31 @@ def scene_of(parts: list[VisualPart], rotation: np.ndarray,
     cloud = cloud if reach is None else np.vstack([cloud, reach])
     low, high = cloud.min(0), cloud.max(0)
     scale = 1 / float(np.linalg.norm(high - low))
-    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[25, 25, 0.1], pos=[0, 0, floor * scale],
-                            rgba=[0.93, 0.93, 0.91, 1])
-    spec.worldbody.add_light(pos=[-1.5, -2, 4], dir=[0.35, 0.45, -0.9], diffuse=[0.5, 0.5, 0.5],
-                             castshadow=True)
+    spec.worldbody.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[25, 25, 0.1],
+        pos=[0, 0, floor * scale],
+        rgba=[0.93, 0.93, 0.91, 1],
+    )
+    spec.worldbody.add_light(
+        pos=[-1.5, -2, 4], dir=[0.35, 0.45, -0.9], diffuse=[0.5, 0.5, 0.5], castshadow=True
+    )
     for i, part in enumerate(parts):
-        spec.add_mesh(name=f"p{i}", uservert=(part.vertices @ rotation.T * scale).ravel(),
-                      userface=np.asarray(part.faces).ravel(),
-                      inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
-        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=f"p{i}", rgba=[*part.rgb, 1],
-                                contype=0, conaffinity=0)
+        spec.add_mesh(
+            name=f"p{i}",
+            uservert=(part.vertices @ rotation.T * scale).ravel(),
+            userface=np.asarray(part.faces).ravel(),
+            inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+        )
+        spec.worldbody.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_MESH, meshname=f"p{i}", rgba=[*part.rgb, 1], contype=0, conaffinity=0
+        )
     return spec, scale, (low + high) / 2 * scale
 
 
-def shoot(model: mujoco.MjModel, centre: np.ndarray, views: tuple[tuple[float, float], ...],
-          size: int) -> list[Image.Image]:
+def shoot(
+    model: mujoco.MjModel, centre: np.ndarray, views: tuple[tuple[float, float], ...], size: int
+) -> list[Image.Image]:
     """Pictures (size × size) of a scene of :func:`scene_of` from each (elevation, azimuth) in degrees.
 
     Raises:
@@ -69,8 +80,9 @@ def shoot(model: mujoco.MjModel, centre: np.ndarray, views: tuple[tuple[float, f
     try:
         renderer = mujoco.Renderer(model, 2 * size, 2 * size)
     except Exception as error:
-        raise GraspBenchError(f"Pictures need OpenGL, which cannot start here ({error}); "
-                              "try MUJOCO_GL=osmesa.") from error
+        raise GraspBenchError(
+            f"Pictures need OpenGL, which cannot start here ({error}); try MUJOCO_GL=osmesa."
+        ) from error
     pictures = []
     with renderer:
         for elevation, azimuth in views:
@@ -82,8 +94,12 @@ def shoot(model: mujoco.MjModel, centre: np.ndarray, views: tuple[tuple[float, f
     return pictures
 
 
-def render_parts(parts: list[VisualPart], views: tuple[tuple[float, float], ...] = VIEWS, size: int = TILE,
-                 rotation: np.ndarray | None = None) -> list[Image.Image]:
+def render_parts(
+    parts: list[VisualPart],
+    views: tuple[tuple[float, float], ...] = VIEWS,
+    size: int = TILE,
+    rotation: np.ndarray | None = None,
+) -> list[Image.Image]:
     """Pictures (size × size) of coloured parts from each (elevation, azimuth) in degrees.
 
     Args:
@@ -116,8 +132,10 @@ def traced_picture(model: ObjectModel, size: int = TILE) -> Image.Image:
     """
     from grasp_bench.objects.catalog import VisualPart
 
-    hulls = [VisualPart(h, ConvexHull(h).simplices, hsv_to_rgb((0.381966 * i) % 1, 0.55, 0.95), 0.5)
-             for i, h in enumerate(model.hulls)]
+    hulls = [
+        VisualPart(h, ConvexHull(h).simplices, hsv_to_rgb((0.381966 * i) % 1, 0.55, 0.95), 0.5)
+        for i, h in enumerate(model.hulls)
+    ]
     sides = [traced_parts(model.visual, view, size) for view in VIEWS]
     sides += [traced_parts(hulls, VIEWS[0], size)]
     picture = Image.new("RGB", (len(sides) * size, size))
@@ -136,8 +154,9 @@ def traced_parts(parts: list[VisualPart], view: tuple[float, float], size: int =
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     elevation, azimuth = np.radians(view)
-    forward = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth),
-                        np.sin(elevation)])
+    forward = np.array(
+        [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
+    )
     position = centre - 1.35 * forward
     pose = CameraPose.look_at(tuple(position), tuple(centre), (0.0, 0.0, 1.0))
     rays = Intrinsics.from_fov(2 * size, 2 * size, np.radians(45)).rays()
@@ -145,8 +164,9 @@ def traced_parts(parts: list[VisualPart], view: tuple[float, float], size: int =
     return Image.fromarray(picture).resize((size, size), Image.Resampling.LANCZOS)
 
 
-def contact_sheet(models: list[ObjectModel], columns: int = 12, names: bool = True,
-                  size: int = TILE // 2) -> Image.Image:
+def contact_sheet(
+    models: list[ObjectModel], columns: int = 12, names: bool = True, size: int = TILE // 2
+) -> Image.Image:
     """One tile an object, row by row, as the objects were modelled."""
     caption = 14 if names else 0
     rows = -(-len(models) // columns)
@@ -156,5 +176,5 @@ def contact_sheet(models: list[ObjectModel], columns: int = 12, names: bool = Tr
         x, y = i % columns * size, i // columns * (size + caption)
         sheet.paste(render_parts(model.visual, VIEWS[:1], size)[0], (x, y))
         if names:
-            draw.text((x + 3, y + size + 1), model.name[:size // 6], fill="black")
+            draw.text((x + 3, y + size + 1), model.name[: size // 6], fill="black")
     return sheet

@@ -55,8 +55,9 @@ STARS = 1e3
 def resting_directions(model: SceneObject) -> list[tuple[Floats, float]]:
     """World-from-object rotations (3, 3) at rest and their probabilities, most probable first."""
     cloud = trimesh.convex.convex_hull(np.vstack(model.hulls))
-    transforms, chances = trimesh.poses.compute_stable_poses(cloud, center_mass=np.zeros(3), sigma=0,
-                                                             n_samples=1, threshold=0.0, seed=0)
+    transforms, chances = trimesh.poses.compute_stable_poses(
+        cloud, center_mass=np.zeros(3), sigma=0, n_samples=1, threshold=0.0, seed=0
+    )
     kept: list[tuple[Floats, float]] = []
     for transform, chance in sorted(zip(transforms, chances, strict=True), key=lambda p: -p[1]):
         down = transform[2, :3]
@@ -73,9 +74,14 @@ def resting_directions(model: SceneObject) -> list[tuple[Floats, float]]:
     return likely + [p for p in upright if not any(p is q for q in likely)][:1]
 
 
-def measure_heights(model: mujoco.MjModel, data: mujoco.MjData, centre: tuple[float, float],
-                    centre_of_mass: tuple[float, float], half: float = 0.20,
-                    groups: NDArray[np.uint8] = SHOWN_GROUPS) -> HeightField:
+def measure_heights(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    centre: tuple[float, float],
+    centre_of_mass: tuple[float, float],
+    half: float = 0.20,
+    groups: NDArray[np.uint8] = SHOWN_GROUPS,
+) -> HeightField:
     """Height field of what stands within ``half`` metres of ``centre``, by vertical rays at ``groups``."""
     count = int(2 * half / CELL)
     origin = (centre[0] - half + CELL / 2, centre[1] - half + CELL / 2)
@@ -84,8 +90,9 @@ def measure_heights(model: mujoco.MjModel, data: mujoco.MjData, centre: tuple[fl
     rays = np.column_stack([x.ravel(), y.ravel(), np.zeros(count * count)]) - start
     distance = np.zeros(count * count)
     geom = np.zeros(count * count, np.int32)
-    mujoco.mj_multiRay(model, data, start, rays.ravel(), groups, True, -1, geom, distance, None,
-                       count * count, 2 * STARS)
+    mujoco.mj_multiRay(
+        model, data, start, rays.ravel(), groups, True, -1, geom, distance, None, count * count, 2 * STARS
+    )
     heights = np.where(geom >= 0, STARS * (1 - distance), 0).reshape(count, count)
     return HeightField(np.clip(heights, 0, None).astype(np.float32), origin, centre_of_mass)
 
@@ -99,18 +106,19 @@ def rest(gripper: FloatingGripper, rotation: Floats, model: SceneObject) -> tupl
     data, q = gripper.data, gripper.object_q[0]
     mujoco.mj_resetData(gripper.model, data)
     gripper.park()
-    data.qpos[q:q + 3], data.qpos[q + 3:q + 7] = (*gripper.scenario.table.center, 0.001 - low), quaternion
+    data.qpos[q : q + 3], data.qpos[q + 3 : q + 7] = (*gripper.scenario.table.center, 0.001 - low), quaternion
     if not gripper.settle(4.0):
         return None
     ended = np.zeros(9)
-    mujoco.mju_quat2Mat(ended, data.qpos[q + 3:q + 7])
+    mujoco.mju_quat2Mat(ended, data.qpos[q + 3 : q + 7])
     if ended.reshape(3, 3)[2] @ rotation[2] < np.cos(np.radians(15)):
         return None
-    return data.qpos[q:q + 3].copy(), data.qpos[q + 3:q + 7].copy()
+    return data.qpos[q : q + 3].copy(), data.qpos[q + 3 : q + 7].copy()
 
 
-def reference_grasps(gripper: FloatingGripper, position: Floats, rotation: Floats,
-                     seen: bool = False) -> list[dict[str, Any]]:
+def reference_grasps(
+    gripper: FloatingGripper, position: Floats, rotation: Floats, seen: bool = False
+) -> list[dict[str, Any]]:
     """Grasps of the resting object that held in physics, best first, in the object's frame.
 
     Those down to which the fingers come with room at their sides, and all where none has it.
@@ -122,15 +130,21 @@ def reference_grasps(gripper: FloatingGripper, position: Floats, rotation: Float
             :func:`opens_visibly`.
     """
     # With the hulls: where they stand out of the true shape, a finger would meet them on its way down.
-    field = measure_heights(gripper.model, gripper.data, (position[0], position[1]),
-                            (position[0], position[1]), groups=SOLID_GROUPS)
+    field = measure_heights(
+        gripper.model,
+        gripper.data,
+        (position[0], position[1]),
+        (position[0], position[1]),
+        groups=SOLID_GROUPS,
+    )
     found = heightfield.analyse(field)
     state = gripper.state()
     kept = []
     tried = 0
     for row, column in heightfield.maxima(found, 4 * TRIED if seen else TRIED):
-        tip = np.array([field.origin[0] + column * CELL, field.origin[1] + row * CELL,
-                        found.tip[row, column]])
+        tip = np.array(
+            [field.origin[0] + column * CELL, field.origin[1] + row * CELL, found.tip[row, column]]
+        )
         yaw, opening = float(found.yaw[row, column]), float(found.opening[row, column])
         if tried == TRIED or (seen and not opens_visibly(field, tip, yaw, opening)):
             continue
@@ -139,9 +153,15 @@ def reference_grasps(gripper: FloatingGripper, position: Floats, rotation: Float
         if attempt.held:
             score = float(found.quality[row, column]) * float(np.exp(-attempt.slide / 0.01))
             axis = np.array([np.cos(yaw), np.sin(yaw), 0.0])
-            kept.append({"tip": np.round(rotation.T @ (tip - position), 5).tolist(),
-                         "axis": np.round(rotation.T @ axis, 5).tolist(), "width": round(opening, 4),
-                         "top": round(float(found.top[row, column]), 4), "score": round(score, 4)})
+            kept.append(
+                {
+                    "tip": np.round(rotation.T @ (tip - position), 5).tolist(),
+                    "axis": np.round(rotation.T @ axis, 5).tolist(),
+                    "width": round(opening, 4),
+                    "top": round(float(found.top[row, column]), 4),
+                    "score": round(score, 4),
+                }
+            )
             if len(kept) == KEPT:
                 break
     kept.sort(key=lambda g: -g["score"])
@@ -164,8 +184,10 @@ def opens_visibly(field: HeightField, tip: Floats, yaw: float, opening: float) -
     axis = np.array([np.cos(yaw), np.sin(yaw)])
     free = max(float(tip[2]), heightfield.TABLE_NOISE)
     for wider in np.arange(opening, 2 * FINGER_STROKE + 1e-9, CELL):
-        under = (heightfield.ground_of_fingers(field, tip[:2], axis, wider - inwards, JAW_HALF)
-                 for inwards in (0.0, 2 * SEEN_ROOM))
+        under = (
+            heightfield.ground_of_fingers(field, tip[:2], axis, wider - inwards, JAW_HALF)
+            for inwards in (0.0, 2 * SEEN_ROOM)
+        )
         if max(under) <= free:
             return True
     return False
@@ -184,8 +206,16 @@ def build_rest(folder: Path, seen: bool = False) -> bool:
     done = folder / "object.json"
     if done.is_file() and json.loads(done.read_text()).get("rest_fingerprint") == mark:
         return False
-    model = ObjectModel(details["name"], details["category"], folder, details["mass"],
-                        np.array(details["inertia"]), details["friction"], (), mark)
+    model = ObjectModel(
+        details["name"],
+        details["category"],
+        folder,
+        details["mass"],
+        np.array(details["inertia"]),
+        details["friction"],
+        (),
+        mark,
+    )
     scenario = Scenario(name="reference")
     gripper = FloatingGripper(compile_floating(scenario, [model]), scenario)
     poses = []
@@ -196,8 +226,13 @@ def build_rest(folder: Path, seen: bool = False) -> bool:
         position, quaternion = rested
         matrix = np.zeros(9)
         mujoco.mju_quat2Mat(matrix, quaternion)
-        poses.append({"quaternion": np.round(quaternion, 6).tolist(), "height": round(float(position[2]), 5),
-                      "probability": round(chance, 4),
-                      "grasps": reference_grasps(gripper, position, matrix.reshape(3, 3), seen)})
+        poses.append(
+            {
+                "quaternion": np.round(quaternion, 6).tolist(),
+                "height": round(float(position[2]), 5),
+                "probability": round(chance, 4),
+                "grasps": reference_grasps(gripper, position, matrix.reshape(3, 3), seen),
+            }
+        )
     done.write_text(json.dumps(details | {"poses": poses, "rest_fingerprint": mark}, indent=1))
     return True

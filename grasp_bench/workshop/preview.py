@@ -23,13 +23,15 @@ from grasp_bench.workshop.pictures import TILE, render_parts
 
 def rgb(color: str) -> tuple[float, float, float]:
     """``#rrggbb`` as floats in [0, 1]."""
-    return tuple(int(color[i:i + 2], 16) / 255 for i in (1, 3, 5))  # type: ignore[return-value]
+    return tuple(int(color[i : i + 2], 16) / 255 for i in (1, 3, 5))  # type: ignore[return-value]
 
 
 def visual_parts(parts: list[Part]) -> list[VisualPart]:
     """Parts in code as the catalog would load them, still in millimetres."""
-    return [VisualPart(np.asarray(p.mesh.vertices), np.asarray(p.mesh.faces, np.int32), rgb(p.color), 0.5)
-            for p in parts]
+    return [
+        VisualPart(np.asarray(p.mesh.vertices), np.asarray(p.mesh.faces, np.int32), rgb(p.color), 0.5)
+        for p in parts
+    ]
 
 
 def check(spec: ObjectSpec, parts: list[Part]) -> str:
@@ -39,13 +41,16 @@ def check(spec: ObjectSpec, parts: list[Part]) -> str:
     faces = sum(len(p.mesh.faces) for p in parts)
     faults = [f"part {i} not watertight" for i, p in enumerate(parts) if not p.mesh.is_watertight]
     faults += [f"part {i} inside out" for i, p in enumerate(parts) if p.mesh.volume <= 0]
-    faults += [f"part {i} is {p.mesh.body_count} bodies"
-               for i, p in enumerate(parts) if p.mesh.body_count > 1]
+    faults += [
+        f"part {i} is {p.mesh.body_count} bodies" for i, p in enumerate(parts) if p.mesh.body_count > 1
+    ]
     if faces > 6000:
         faults.append(f"{faces} faces > 6000")
     volume = sum(p.mesh.volume for p in parts) / 1000
-    return (f"{spec.name:28s} {size[0]:6.1f} x {size[1]:6.1f} x {size[2]:6.1f} mm  {faces:5d} faces "
-            f"{volume:7.1f} cm3 {spec.mass:6.3f} kg  {'; '.join(faults) or 'ok'}")
+    return (
+        f"{spec.name:28s} {size[0]:6.1f} x {size[1]:6.1f} x {size[2]:6.1f} mm  {faces:5d} faces "
+        f"{volume:7.1f} cm3 {spec.mass:6.3f} kg  {'; '.join(faults) or 'ok'}"
+    )
 
 
 def main() -> int:
@@ -57,8 +62,9 @@ def main() -> int:
     parser.add_argument("--out", help="write a contact sheet (PNG)")
     parser.add_argument("--columns", type=int, default=4)
     args = parser.parse_args()
-    specs = [s for s in REGISTRY.values()
-             if not args.names or {s.name, s.category, s.family} & set(args.names)]
+    specs = [
+        s for s in REGISTRY.values() if not args.names or {s.name, s.category, s.family} & set(args.names)
+    ]
     tiles: list[Image.Image] = []
     for spec in specs:
         parts = spec.build()

@@ -38,15 +38,55 @@ from grasp_bench.workshop.figures import (
 
 Mesh = trimesh.Trimesh
 __all__ = [
-    "Figure", "Floats", "Mesh", "arc", "bezier", "box", "capsule", "circle", "cone", "cylinder", "deform",
-    "difference", "ellipse", "ellipsoid", "extrude", "figures", "helix", "hull", "intersection", "loft",
-    "mirror", "move", "place", "polygon", "prism", "rect", "regular", "revolve", "ring", "rotate", "rounded",
-    "rounded_box", "scale", "smooth", "sphere", "spin", "spline", "star", "stroke", "superellipsoid", "sweep",
-    "torus", "union", "vessel",
+    "Figure",
+    "Floats",
+    "Mesh",
+    "arc",
+    "bezier",
+    "box",
+    "capsule",
+    "circle",
+    "cone",
+    "cylinder",
+    "deform",
+    "difference",
+    "ellipse",
+    "ellipsoid",
+    "extrude",
+    "figures",
+    "helix",
+    "hull",
+    "intersection",
+    "loft",
+    "mirror",
+    "move",
+    "place",
+    "polygon",
+    "prism",
+    "rect",
+    "regular",
+    "revolve",
+    "ring",
+    "rotate",
+    "rounded",
+    "rounded_box",
+    "scale",
+    "smooth",
+    "sphere",
+    "spin",
+    "spline",
+    "star",
+    "stroke",
+    "superellipsoid",
+    "sweep",
+    "torus",
+    "union",
+    "vessel",
 ]
 
 
 # ---------------------------------------------------------------- plumbing
+
 
 def _from_manifold(solid: m3.Manifold) -> Mesh:
     raw = solid.to_mesh()
@@ -54,9 +94,7 @@ def _from_manifold(solid: m3.Manifold) -> Mesh:
 
 
 def _to_manifold(mesh: Mesh) -> m3.Manifold:
-    raw = m3.Mesh(
-        np.asarray(mesh.vertices, dtype=np.float32), np.asarray(mesh.faces, dtype=np.uint32)
-    )
+    raw = m3.Mesh(np.asarray(mesh.vertices, dtype=np.float32), np.asarray(mesh.faces, dtype=np.uint32))
     solid = m3.Manifold(raw)
     if solid.status() != m3.Error.NoError:
         raise ValueError(f"mesh is not a closed 2-manifold: {solid.status()}")
@@ -83,6 +121,7 @@ def _outline(shape: Figure) -> Polygon:
 
 
 # ---------------------------------------------------------------- solids
+
 
 def box(x: float, y: float, z: float) -> Mesh:
     """Box centred on the origin in x and y, standing on z = 0."""
@@ -131,8 +170,9 @@ def superellipsoid(rx: float, ry: float, rz: float, e1: float, e2: float, segmen
         return np.sign(a) * np.abs(a) ** e
 
     c = power(np.cos(phi), e1)
-    new = np.column_stack([rx * c * power(np.cos(lam), e2), ry * c * power(np.sin(lam), e2),
-                           rz * power(np.sin(phi), e1)])
+    new = np.column_stack(
+        [rx * c * power(np.cos(lam), e2), ry * c * power(np.sin(lam), e2), rz * power(np.sin(phi), e1)]
+    )
     return Mesh(new, ball.faces, process=False)
 
 
@@ -147,8 +187,7 @@ def torus(major: float, minor: float, segments: int = 48, sides: int = 16) -> Me
     return revolve(circle(minor, x=major, segments=sides), segments=segments)
 
 
-def extrude(shape: Figure, height: float, *, twist: float = 0.0,
-            taper: float = 1.0, steps: int = 0) -> Mesh:
+def extrude(shape: Figure, height: float, *, twist: float = 0.0, taper: float = 1.0, steps: int = 0) -> Mesh:
     """Extrude a plane figure from z = 0 to ``height``.
 
     Args:
@@ -167,8 +206,10 @@ def prism(shape: Figure, height: float, bevel: float) -> Mesh:
     outline = _outline(shape)
     inset = np.asarray(outline.buffer(-bevel).exterior.coords)[:-1]
     full = np.asarray(outline.exterior.coords)[:-1]
-    cloud = [np.column_stack([ring_, np.full(len(ring_), z)])
-             for ring_, z in ((inset, 0.0), (full, bevel), (full, height - bevel), (inset, height))]
+    cloud = [
+        np.column_stack([ring_, np.full(len(ring_), z)])
+        for ring_, z in ((inset, 0.0), (full, bevel), (full, height - bevel), (inset, height))
+    ]
     return trimesh.convex.convex_hull(np.vstack(cloud))
 
 
@@ -189,8 +230,17 @@ def vessel(profile: ArrayLike, wall: float, floor: float | None = None, segments
     solid = Polygon(np.vstack([[0, outer[0, 1]], outer, [0, outer[-1, 1]]]))
     top = outer[-1, 1]
     # Extended above the rim before the inward offset, so that the mouth stays open.
-    tall = Polygon(np.vstack([[-outer[0, 0], outer[0, 1]], outer, [outer[-1, 0], top + 4 * wall],
-                              [-outer[-1, 0], top + 4 * wall], outer[::-1] * [-1, 1]]))
+    tall = Polygon(
+        np.vstack(
+            [
+                [-outer[0, 0], outer[0, 1]],
+                outer,
+                [outer[-1, 0], top + 4 * wall],
+                [-outer[-1, 0], top + 4 * wall],
+                outer[::-1] * [-1, 1],
+            ]
+        )
+    )
     cavity = tall.buffer(0).buffer(-wall, quad_segs=4)
     keep = Polygon([(0, outer[0, 1] + floor), (1e4, outer[0, 1] + floor), (1e4, 1e4), (0, 1e4)])
     wall_section = solid.buffer(0).difference(cavity.intersection(keep))
@@ -228,8 +278,15 @@ def loft(rings: Sequence[ArrayLike], closed: bool = False) -> Mesh:
     return mesh
 
 
-def sweep(section: Figure | float, path: ArrayLike, *, scales: ArrayLike | None = None,
-          closed: bool = False, up: Sequence[float] = (0, 0, 1), segments: int = 16) -> Mesh:
+def sweep(
+    section: Figure | float,
+    path: ArrayLike,
+    *,
+    scales: ArrayLike | None = None,
+    closed: bool = False,
+    up: Sequence[float] = (0, 0, 1),
+    segments: int = 16,
+) -> Mesh:
     """Move a plane section along a path.
 
     Args:
@@ -276,6 +333,7 @@ def helix(radius: float, pitch: float, turns: float, per_turn: int = 16) -> Floa
 
 # ---------------------------------------------------------------- combining and placing
 
+
 def union(*meshes: Mesh) -> Mesh:
     """Boolean union."""
     return _from_manifold(m3.Manifold.batch_boolean([_to_manifold(m) for m in meshes], m3.OpType.Add))
@@ -303,8 +361,9 @@ def move(mesh: Mesh, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Mesh:
     return Mesh(np.asarray(mesh.vertices) + [x, y, z], mesh.faces, process=False)
 
 
-def rotate(mesh: Mesh, x: float = 0.0, y: float = 0.0, z: float = 0.0,
-           about: Sequence[float] = (0, 0, 0)) -> Mesh:
+def rotate(
+    mesh: Mesh, x: float = 0.0, y: float = 0.0, z: float = 0.0, about: Sequence[float] = (0, 0, 0)
+) -> Mesh:
     """Copy rotated about the fixed axes x, then y, then z (degrees) through ``about``."""
     from scipy.spatial.transform import Rotation
 

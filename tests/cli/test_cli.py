@@ -27,8 +27,9 @@ class Ended(NamedTuple):
 
 
 @pytest.fixture
-def cli(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path,
-        ) -> Callable[..., Ended]:
+def cli(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> Callable[..., Ended]:
     """Runs ``grasp-bench`` in this process, in an empty folder."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "200")
@@ -76,13 +77,16 @@ def quick(scenario: Scenario, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 # ---------------------------------------------------------------- starting
 
+
 def test_help_imports_no_heavy_library() -> None:
-    code = ("import sys; sys.argv = ['grasp-bench', '--help']\n"
-            "from grasp_bench.cli import main\n"
-            "try: main()\n"
-            "except SystemExit as end: assert not end.code, end.code\n"
-            "heavy = {'torch', 'mujoco', 'dm_control', 'mink', 'scipy', 'cv2', 'trimesh', 'pandas'}\n"
-            "print('HEAVY', sorted(heavy & set(sys.modules)))")
+    code = (
+        "import sys; sys.argv = ['grasp-bench', '--help']\n"
+        "from grasp_bench.cli import main\n"
+        "try: main()\n"
+        "except SystemExit as end: assert not end.code, end.code\n"
+        "heavy = {'torch', 'mujoco', 'dm_control', 'mink', 'scipy', 'cv2', 'trimesh', 'pandas'}\n"
+        "print('HEAVY', sorted(heavy & set(sys.modules)))"
+    )
     done = subprocess.run([sys.executable, "-c", code], text=True, capture_output=True, timeout=60)
     assert done.returncode == 0, done.stderr
     assert "HEAVY []" in done.stdout
@@ -128,9 +132,18 @@ def test_the_shell_completes_names() -> None:
 
 def test_completion_reaches_the_shell(tmp_path: Path) -> None:
     code = "from grasp_bench.cli import main; main()"
-    done = subprocess.run([sys.executable, "-c", code], text=True, capture_output=True, timeout=60,
-                          env=os.environ | {"_GRASP_BENCH_COMPLETE": "complete_bash", "COMP_CWORD": "3",
-                                            "COMP_WORDS": "grasp-bench run --predictor ora"})
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        text=True,
+        capture_output=True,
+        timeout=60,
+        env=os.environ
+        | {
+            "_GRASP_BENCH_COMPLETE": "complete_bash",
+            "COMP_CWORD": "3",
+            "COMP_WORDS": "grasp-bench run --predictor ora",
+        },
+    )
     assert done.stdout.split() == ["oracle"], done.stderr
 
 
@@ -149,6 +162,7 @@ def test_no_color_is_respected(cli, monkeypatch: pytest.MonkeyPatch, asked: bool
 
 # ---------------------------------------------------------------- refusals: exit 2, one clear line
 
+
 def refused(ended: Ended, *words: str) -> None:
     assert ended.code == 2
     assert ended.err.startswith("Error: ")
@@ -163,16 +177,20 @@ def test_an_unknown_object_is_refused_with_the_nearest(cli) -> None:
 
 
 @pytest.mark.usefixtures("shipped")
-@pytest.mark.parametrize(("option", "value", "words"), [
-    ("--predictor", "orakel", ["'orakel'", "Did you mean oracle", "my_module:MyPredictor"]),
-    ("--predictor", "nowhere:Thing", ["'nowhere'", "cannot be imported"]),
-    ("--scenario", "tabel4", ["'tabel4'", "Did you mean table4"]),
-    ("--scenario", "missing.yaml", ["missing.yaml does not exist"]),
-    ("--renderer", "raycaster", ["'raycaster'", "Did you mean raycast", "osmesa"]),
-    ("--objects", " , ", ["object"]),
-])
+@pytest.mark.parametrize(
+    ("option", "value", "words"),
+    [
+        ("--predictor", "orakel", ["'orakel'", "Did you mean oracle", "my_module:MyPredictor"]),
+        ("--predictor", "nowhere:Thing", ["'nowhere'", "cannot be imported"]),
+        ("--scenario", "tabel4", ["'tabel4'", "Did you mean table4"]),
+        ("--scenario", "missing.yaml", ["missing.yaml does not exist"]),
+        ("--renderer", "raycaster", ["'raycaster'", "Did you mean raycast", "osmesa"]),
+        ("--objects", " , ", ["object"]),
+    ],
+)
 def test_an_unknown_choice_is_refused_with_the_nearest(
-        cli, option: str, value: str, words: list[str]) -> None:
+    cli, option: str, value: str, words: list[str]
+) -> None:
     refused(cli("run", option, value), *words)
     assert not Path("results").exists()
 
@@ -186,9 +204,16 @@ def test_a_folder_without_a_manifest_is_refused(cli, tmp_path: Path) -> None:
     refused(cli("run", "--objects", tmp_path, "--predictor", "oracle"), "manifest.json", str(tmp_path))
 
 
-@pytest.mark.parametrize("arguments", [
-    ["run", "--trials", "0"], ["run", "--trials", "many"], ["run", "--seed", "-1"], ["run", "--nonsense"],
-    ["fly"]])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["run", "--trials", "0"],
+        ["run", "--trials", "many"],
+        ["run", "--seed", "-1"],
+        ["run", "--nonsense"],
+        ["fly"],
+    ],
+)
 def test_impossible_arguments_are_refused(cli, arguments: list[str]) -> None:
     ended = cli(*arguments)
     assert ended.code == 2
@@ -205,7 +230,8 @@ def test_a_report_on_nothing_is_refused(cli, tmp_path: Path) -> None:
 
 
 def test_an_interrupted_run_ends_with_130_and_says_how_to_go_on(
-        cli, toy_catalog: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cli, toy_catalog: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
@@ -217,10 +243,23 @@ def test_an_interrupted_run_ends_with_130_and_says_how_to_go_on(
 
 # ---------------------------------------------------------------- runs and reports
 
+
 def test_a_run_with_its_workers_is_measured_reported_and_resumed(
-        cli, toy_catalog: Path, quick: Path, tmp_path: Path) -> None:
-    run = ["run", "--objects", toy_catalog, "--trials", 3, "--predictor", "oracle", "--scenario", quick,
-           "--workers", 1]
+    cli, toy_catalog: Path, quick: Path, tmp_path: Path
+) -> None:
+    run = [
+        "run",
+        "--objects",
+        toy_catalog,
+        "--trials",
+        3,
+        "--predictor",
+        "oracle",
+        "--scenario",
+        quick,
+        "--workers",
+        1,
+    ]
     ended = cli(*run)
     assert ended.code == 0, ended.err
     assert "oracle lifted 3/3 = 100.0% (95 % interval 43.9% – 100.0%)" in ended.out
@@ -249,9 +288,22 @@ def test_a_run_with_its_workers_is_measured_reported_and_resumed(
 @pytest.mark.usefixtures("in_process")
 @pytest.mark.parametrize("control", CONTROLS)
 def test_every_control_runs_and_scores_where_it_should(
-        cli, toy_catalog: Path, quick: Path, control: str) -> None:
-    ended = cli("run", "--objects", toy_catalog, "--trials", 3, "--predictor", control, "--scenario", quick,
-                "--out", "out", "--json")
+    cli, toy_catalog: Path, quick: Path, control: str
+) -> None:
+    ended = cli(
+        "run",
+        "--objects",
+        toy_catalog,
+        "--trials",
+        3,
+        "--predictor",
+        control,
+        "--scenario",
+        quick,
+        "--out",
+        "out",
+        "--json",
+    )
     assert ended.code == 0, ended.err
     figures = json.loads(ended.out)
     assert figures["trials"] == 3
@@ -265,10 +317,21 @@ def test_every_control_runs_and_scores_where_it_should(
 
 @pytest.mark.usefixtures("in_process")
 def test_a_run_with_faults_of_the_harness_exits_with_one_unless_allowed(
-        cli, toy_catalog: Path, tmp_path: Path) -> None:
+    cli, toy_catalog: Path, tmp_path: Path
+) -> None:
     Path("falling.yaml").write_text("settling: {clearance: 0.2, timeout: 0.1}")
-    run = ["run", "--objects", toy_catalog, "--trials", 2, "--predictor", "oracle", "--scenario",
-           tmp_path / "falling.yaml", "--quiet"]
+    run = [
+        "run",
+        "--objects",
+        toy_catalog,
+        "--trials",
+        2,
+        "--predictor",
+        "oracle",
+        "--scenario",
+        tmp_path / "falling.yaml",
+        "--quiet",
+    ]
     ended = cli(*run, "--out", "out")
     assert ended.code == 1
     assert "2 trials ended unstable" in ended.err
@@ -279,14 +342,24 @@ def test_a_run_with_faults_of_the_harness_exits_with_one_unless_allowed(
 @pytest.mark.usefixtures("in_process")
 def test_a_predictor_of_ones_own_is_found_in_the_current_folder(cli, toy_catalog: Path, quick: Path) -> None:
     Path("my_own_module.py").write_text("class Mine:\n    def predict(self, image):\n        return []\n")
-    ended = cli("run", "--objects", toy_catalog, "--trials", 1, "--predictor", "my_own_module:Mine",
-                "--scenario", quick)
+    ended = cli(
+        "run",
+        "--objects",
+        toy_catalog,
+        "--trials",
+        1,
+        "--predictor",
+        "my_own_module:Mine",
+        "--scenario",
+        quick,
+    )
     assert ended.code == 0, ended.err
     assert Path("results/my_own_module-Mine-quick-seed0/trials.jsonl").is_file()
     assert "lifted 0/1" in ended.out
 
 
 # ---------------------------------------------------------------- objects
+
 
 @pytest.mark.usefixtures("shipped")
 def test_objects_are_listed_and_shown(cli) -> None:

@@ -15,9 +15,28 @@ import pytest
 from grasp_bench.cli import main
 
 SNAPSHOTS = Path(__file__).with_name("snapshots")
-HELP = ["", "run", "report", "predictors", "train", "doctor", "objects", "objects list", "objects show",
-        "data", "data synth", "leaderboard", "leaderboard check", "check", "merge", "sweep", "evaluate",
-        "scenarios", "objects import", "predictors check"]
+HELP = [
+    "",
+    "run",
+    "report",
+    "predictors",
+    "train",
+    "doctor",
+    "objects",
+    "objects list",
+    "objects show",
+    "data",
+    "data synth",
+    "leaderboard",
+    "leaderboard check",
+    "check",
+    "merge",
+    "sweep",
+    "evaluate",
+    "scenarios",
+    "objects import",
+    "predictors check",
+]
 ERRORS = {
     "unknown-command": "rnu",
     "unknown-option": "run --object mug",
@@ -52,8 +71,9 @@ def _terminal(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     Path("wrong-value.yaml").write_text("gripper: {force: 1000}")
 
 
-def compare(name: str, words: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
-            tmp_path: Path) -> int:
+def compare(
+    name: str, words: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> int:
     """Run a command and compare all it printed with its snapshot; its exit code."""
     monkeypatch.setattr("sys.argv", ["grasp-bench", *words.split()])
     with pytest.raises(SystemExit) as ended:
@@ -70,15 +90,17 @@ def compare(name: str, words: str, monkeypatch: pytest.MonkeyPatch, capsys: pyte
 
 
 @pytest.mark.parametrize("words", HELP)
-def test_help(words: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
-              tmp_path: Path) -> None:
+def test_help(
+    words: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     name = "-".join(["help", *words.split()])
     assert compare(name, f"{words} --help", monkeypatch, capsys, tmp_path) == 0
 
 
 @pytest.mark.parametrize("name", ERRORS)
-def test_errors(name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
-                tmp_path: Path) -> None:
+def test_errors(
+    name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     assert compare(f"error-{name}", ERRORS[name], monkeypatch, capsys, tmp_path) == 2
 
 

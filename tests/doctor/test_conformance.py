@@ -91,28 +91,33 @@ def waver(image: RgbdImage, calls: Any = count()) -> list[Grasp]:  # noqa: B008
     return [replace(g, width=50.0 + next(calls)) for g in middle(image)]
 
 
-@pytest.mark.parametrize(("predictor", "text"), [
-    (Told(lambda image: None), "must return a list of Grasp, got NoneType"),
-    (Told(lambda image: np.zeros((3, 5))), "got ndarray"),
-    (Told(lambda image: (g for g in middle(image))), "got generator"),
-    (Told(lambda image: [(1, 2, 3, 4, 5)]), "grasp 0 is a tuple"),
-    (Told(lambda image: 1 / 0), "raises ZeroDivisionError"),
-    (Told(lambda image: exit()), "raises SystemExit"),
-    (changed(x=lambda g, i: math.nan), "NaN or infinity"),
-    (changed(quality=lambda g, i: math.inf), "NaN or infinity"),
-    (changed(x=lambda g, i: 10_000), "outside the"),
-    (changed(y=lambda g, i: -1), "outside the"),
-    (changed(width=lambda g, i: 0), "must be positive"),
-    (changed(width=lambda g, i: -30), "must be positive"),
-    (changed(angle=lambda g, i: "30"), "not a number"),  # pyright: ignore[reportArgumentType]
-    (changed(angle=lambda g, i: 40.0), "look like degrees"),
-    (changed(x=lambda g, i: g.y, y=lambda g, i: g.x), "exchanged|outside"),
-    (changed(x=lambda g, i: g.x / i.intrinsics.width, y=lambda g, i: g.y / i.intrinsics.height),
-     "fractions of the image"),
-    (Told(lambda image: middle(image) * 1001), "are too many"),
-    (Told(mutate), "changes the image"),
-    (Told(waver), "answers differently"),
-])
+@pytest.mark.parametrize(
+    ("predictor", "text"),
+    [
+        (Told(lambda image: None), "must return a list of Grasp, got NoneType"),
+        (Told(lambda image: np.zeros((3, 5))), "got ndarray"),
+        (Told(lambda image: (g for g in middle(image))), "got generator"),
+        (Told(lambda image: [(1, 2, 3, 4, 5)]), "grasp 0 is a tuple"),
+        (Told(lambda image: 1 / 0), "raises ZeroDivisionError"),
+        (Told(lambda image: exit()), "raises SystemExit"),
+        (changed(x=lambda g, i: math.nan), "NaN or infinity"),
+        (changed(quality=lambda g, i: math.inf), "NaN or infinity"),
+        (changed(x=lambda g, i: 10_000), "outside the"),
+        (changed(y=lambda g, i: -1), "outside the"),
+        (changed(width=lambda g, i: 0), "must be positive"),
+        (changed(width=lambda g, i: -30), "must be positive"),
+        (changed(angle=lambda g, i: "30"), "not a number"),  # pyright: ignore[reportArgumentType]
+        (changed(angle=lambda g, i: 40.0), "look like degrees"),
+        (changed(x=lambda g, i: g.y, y=lambda g, i: g.x), "exchanged|outside"),
+        (
+            changed(x=lambda g, i: g.x / i.intrinsics.width, y=lambda g, i: g.y / i.intrinsics.height),
+            "fractions of the image",
+        ),
+        (Told(lambda image: middle(image) * 1001), "are too many"),
+        (Told(mutate), "changes the image"),
+        (Told(waver), "answers differently"),
+    ],
+)
 def test_a_break_of_the_protocol_fails(predictor: Told, text: str, images: list[Sample]) -> None:
     rows = check(predictor, images, frozen)
     assert any(r.failed for r in rows)
@@ -120,18 +125,24 @@ def test_a_break_of_the_protocol_fails(predictor: Told, text: str, images: list[
     assert any(t in found for t in text.split("|"))
 
 
-@pytest.mark.parametrize(("predictor", "text"), [
-    (changed(angle=lambda g, i: -g.angle), "clockwise"),
-    (changed(angle=lambda g, i: g.angle + math.pi / 2), "close along the object"),
-    (changed(angle=lambda g, i: g.angle + math.pi), "are wrapped"),
-    (changed(quality=lambda g, i: 7), "clipped"),
-    (changed(width=lambda g, i: 0.05), "are they metres"),
-    (changed(x=lambda g, i: 8, y=lambda g, i: 8), "misses the only object"),
-    (Told(lambda image: [replace(g, quality=q) for g in middle(image) for q in (0.2, 0.8)]),
-     "do not descend"),
-])
+@pytest.mark.parametrize(
+    ("predictor", "text"),
+    [
+        (changed(angle=lambda g, i: -g.angle), "clockwise"),
+        (changed(angle=lambda g, i: g.angle + math.pi / 2), "close along the object"),
+        (changed(angle=lambda g, i: g.angle + math.pi), "are wrapped"),
+        (changed(quality=lambda g, i: 7), "clipped"),
+        (changed(width=lambda g, i: 0.05), "are they metres"),
+        (changed(x=lambda g, i: 8, y=lambda g, i: 8), "misses the only object"),
+        (
+            Told(lambda image: [replace(g, quality=q) for g in middle(image) for q in (0.2, 0.8)]),
+            "do not descend",
+        ),
+    ],
+)
 def test_what_deserves_a_look_is_remarked_upon_and_passes(
-        predictor: Told, text: str, images: list[Sample]) -> None:
+    predictor: Told, text: str, images: list[Sample]
+) -> None:
     rows = check(predictor, images, frozen)
     assert text in words(rows, "remark")
     assert not words(rows, "failure")

@@ -39,8 +39,15 @@ def small_shop(toy_catalog: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 def test_the_environment_is_described(small_shop: Path) -> None:
     checks = by_name(check_environment())
     assert healthy(list(checks.values()))
-    assert set(checks) >= {"Python", "Machine", "Tested stack", "Renderers", "Model cache", "Objects",
-                           "Weights"}
+    assert set(checks) >= {
+        "Python",
+        "Machine",
+        "Tested stack",
+        "Renderers",
+        "Model cache",
+        "Objects",
+        "Weights",
+    }
     assert "cores of" in checks["Machine"].detail
     assert "raycast" in checks["Renderers"].detail
     assert checks["Objects"].detail.startswith("3,")
@@ -74,7 +81,8 @@ def test_the_tested_stack_names_everything_that_can_change_a_result() -> None:
 
 
 def test_another_version_is_a_note_that_says_what_it_means(
-        small_shop: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    small_shop: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     wanted = environment.tested_versions() | {"mujoco": "3.99.0"}
     monkeypatch.setattr(environment, "tested_versions", lambda: wanted)
     checks = by_name(check_environment())
@@ -85,14 +93,16 @@ def test_another_version_is_a_note_that_says_what_it_means(
 
 
 def test_a_local_build_of_the_tested_release_is_the_tested_one(
-        small_shop: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    small_shop: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     wanted = environment.tested_versions() | {"mujoco": version("mujoco") + "+local"}
     monkeypatch.setattr(environment, "tested_versions", lambda: wanted)
     assert "mujoco" not in by_name(check_environment())
 
 
 def test_a_cache_that_cannot_be_written_is_a_note(
-        small_shop: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    small_shop: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("GRASP_BENCH_CACHE", str(tmp_path / "file"))
     check = by_name(check_environment())["Model cache"]
@@ -101,6 +111,7 @@ def test_a_cache_that_cannot_be_written_is_a_note(
 
 
 # ---------------------------------------------------------------- a finished run
+
 
 @pytest.fixture(scope="module")
 def finished(toy_catalog: Path, scenario: Scenario, tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -143,14 +154,18 @@ def test_an_edited_record_is_found_and_nothing_explains_it(copied: Path, toy_cat
     assert "sim_steps" in verdict.detail
 
 
-@pytest.mark.parametrize(("changed", "name", "words"), [
-    ({"versions": {"mujoco": "3.1"}}, "Versions", "mujoco: 3.1 then, .* now.*MuJoCo and its kin promise"),
-    ({"weights": {"w": "ab"}}, "Weights", "another network"),
-    ({"cpu": "other"}, "Cpu", "other then.*last digits depend on the processor"),
-    ({"objects": {"bar": {}, "block": {}, "pot": {}}}, "Objects", "other shapes or masses"),
-])
+@pytest.mark.parametrize(
+    ("changed", "name", "words"),
+    [
+        ({"versions": {"mujoco": "3.1"}}, "Versions", "mujoco: 3.1 then, .* now.*MuJoCo and its kin promise"),
+        ({"weights": {"w": "ab"}}, "Weights", "another network"),
+        ({"cpu": "other"}, "Cpu", "other then.*last digits depend on the processor"),
+        ({"objects": {"bar": {}, "block": {}, "pot": {}}}, "Objects", "other shapes or masses"),
+    ],
+)
 def test_what_is_not_as_it_was_is_told_with_its_meaning(
-        copied: Path, toy_catalog: Path, changed: dict[str, Any], name: str, words: str) -> None:
+    copied: Path, toy_catalog: Path, changed: dict[str, Any], name: str, words: str
+) -> None:
     edit(copied, **changed)
     found = by_name(again(copied, toy_catalog, 1).checks)
     assert found[name].state is State.NOTE

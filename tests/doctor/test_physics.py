@@ -72,8 +72,11 @@ def test_verdicts() -> None:
 
 
 def watched(name: str, success: bool, share: float = 0.5) -> Watched:
-    return Watched({"object": name, "success": success}, share * np.array(TORQUE_LIMITS),
-                   share * np.array(VELOCITY_LIMITS))
+    return Watched(
+        {"object": name, "success": success},
+        share * np.array(TORQUE_LIMITS),
+        share * np.array(VELOCITY_LIMITS),
+    )
 
 
 def test_trials_are_compared_one_by_one() -> None:
@@ -100,12 +103,12 @@ def test_half_the_time_step_keeps_the_commands(table4: Scenario) -> None:
 
 def test_a_reference_trial_is_watched(scenario: Scenario) -> None:
     done = []
-    trial, = watch(scenario, ["apple"], workers=1, progress=lambda: done.append(1))
+    (trial,) = watch(scenario, ["apple"], workers=1, progress=lambda: done.append(1))
     assert done == [1]
     assert trial.record["success"]
     assert (trial.torque > 0).all()
     assert (trial.torque < TORQUE_LIMITS).all()
-    assert (0.3 < (trial.velocity / VELOCITY_LIMITS).max() < 0.6)  # planned for half
+    assert 0.3 < (trial.velocity / VELOCITY_LIMITS).max() < 0.6  # planned for half
 
 
 @pytest.mark.parametrize(("measured", "code"), [(1.0, 0), (2.0, 1)])

@@ -27,9 +27,14 @@ class Command:
     def __init__(self, cwd: Path, arguments: list[Any], code: str | None = None, **environment: str) -> None:
         start = ["-m", "grasp_bench.cli"] if code is None else ["-c", code]
         self.process = subprocess.Popen(
-            [sys.executable, *start, "run", *map(str, arguments)], cwd=cwd, text=True, start_new_session=True,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-            env=os.environ | environment | {"PYTHONPATH": f"{TESTS.parents[1]}:{TESTS}"})
+            [sys.executable, *start, "run", *map(str, arguments)],
+            cwd=cwd,
+            text=True,
+            start_new_session=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            env=os.environ | environment | {"PYTHONPATH": f"{TESTS.parents[1]}:{TESTS}"},
+        )
 
     def workers(self) -> list[psutil.Process]:
         """Its worker processes."""
@@ -52,13 +57,28 @@ def alive(processes: list[psutil.Process]) -> list[psutil.Process]:
 
 
 def test_kill_9_of_parent_and_worker_lose_nothing_and_change_nothing(
-        toy_catalog: Path, scenario: Scenario, tmp_path: Path) -> None:
+    toy_catalog: Path, scenario: Scenario, tmp_path: Path
+) -> None:
     """Killed midway, resumed, a worker killed midway through that: the bytes of an unbroken run."""
     unbroken = gb.run(toy_catalog, 9, Antipodal(), scenario, seed=2, out=tmp_path / "one", progress=False)
     (tmp_path / "quick.yaml").write_text(scenario.model_dump_json())
     out = tmp_path / "killed"
-    asked = ["--objects", toy_catalog, "--trials", 9, "--predictor", "antipodal", "--seed", 2, "--out", out,
-             "--scenario", "quick.yaml", "--workers", 1]
+    asked = [
+        "--objects",
+        toy_catalog,
+        "--trials",
+        9,
+        "--predictor",
+        "antipodal",
+        "--seed",
+        2,
+        "--out",
+        out,
+        "--scenario",
+        "quick.yaml",
+        "--workers",
+        1,
+    ]
 
     first = Command(tmp_path, asked)
     until(lambda: lines(out) >= 2)
@@ -91,13 +111,24 @@ main()
 @pytest.fixture
 def asked(toy_catalog: Path, tmp_path: Path) -> list[Any]:
     """Arguments of a run of 40 trials."""
-    return ["--objects", toy_catalog, "--trials", 40, "--predictor", "oracle", "--out", tmp_path / "out",
-            "--workers", 2]
+    return [
+        "--objects",
+        toy_catalog,
+        "--trials",
+        40,
+        "--predictor",
+        "oracle",
+        "--out",
+        tmp_path / "out",
+        "--workers",
+        2,
+    ]
 
 
 @pytest.mark.parametrize("how", ["Ctrl-C", "SIGTERM"])
 def test_a_stopped_run_ends_its_workers_and_says_how_to_go_on(
-        asked: list[Any], tmp_path: Path, how: str) -> None:
+    asked: list[Any], tmp_path: Path, how: str
+) -> None:
     run = Command(tmp_path, asked, SLOW, FAKE_WORK_SECONDS="0.5")
     until(lambda: lines(tmp_path / "out") >= 3)
     workers = run.workers()
@@ -121,7 +152,8 @@ def test_a_stopped_run_ends_its_workers_and_says_how_to_go_on(
 
 
 def test_a_second_run_into_the_folder_is_refused_while_the_first_goes_on(
-        asked: list[Any], tmp_path: Path) -> None:
+    asked: list[Any], tmp_path: Path
+) -> None:
     first = Command(tmp_path, asked, SLOW, FAKE_WORK_SECONDS="0.5")
     until(lambda: lines(tmp_path / "out") >= 1)
     code, text = Command(tmp_path, asked, SLOW).end()
@@ -133,7 +165,8 @@ def test_a_second_run_into_the_folder_is_refused_while_the_first_goes_on(
 
 @pytest.mark.parametrize("where", ["/proc/grasp-bench", "/dev/null/out"])
 def test_a_folder_that_cannot_be_written_is_one_clear_error(
-        asked: list[Any], tmp_path: Path, where: str) -> None:
+    asked: list[Any], tmp_path: Path, where: str
+) -> None:
     asked[asked.index("--out") + 1] = where
     code, text = Command(tmp_path, asked, SLOW).end()
     assert code == 2

@@ -29,8 +29,13 @@ def settings(timeout: float = 60.0, predictor: str = "fine") -> Settings:
     return Settings(Scenario(name="quick", trial_timeout=timeout), Path(), predictor, 0, "raycast")
 
 
-def carried_out(whats: Iterable[str], workers: int = 1, timeout: float = 60.0,
-                memory_limit: int | None = None, recycle: int = 0) -> dict[int, Answer | Fault]:
+def carried_out(
+    whats: Iterable[str],
+    workers: int = 1,
+    timeout: float = 60.0,
+    memory_limit: int | None = None,
+    recycle: int = 0,
+) -> dict[int, Answer | Fault]:
     """Answers by trial of jobs that do ``whats``."""
     jobs = [Job(i, what, 0) for i, what in enumerate(whats)]
     answers = list(FakeProcesses(workers, memory_limit, recycle).run(settings(timeout), jobs))
@@ -42,16 +47,19 @@ def test_a_worker_that_dies_costs_its_own_trial_only() -> None:
     ended = carried_out(["fine", "segfault", "fine", "exit", "abort", "fine"], workers=2)
     assert [type(ended[i]) for i in range(6)] == [Answer, Fault, Answer, Fault, Fault, Answer]
     reasons = {i: (a.outcome, a.detail) for i, a in ended.items() if isinstance(a, Fault)}
-    assert reasons == {1: (Outcome.ERROR, "the worker process died (killed by SIGSEGV)"),
-                       3: (Outcome.ERROR, "the worker process died (exit code 7)"),
-                       4: (Outcome.ERROR, "the worker process died (killed by SIGABRT)")}
+    assert reasons == {
+        1: (Outcome.ERROR, "the worker process died (killed by SIGSEGV)"),
+        3: (Outcome.ERROR, "the worker process died (exit code 7)"),
+        4: (Outcome.ERROR, "the worker process died (killed by SIGABRT)"),
+    }
 
 
 def test_endless_trials_are_ended_and_the_worker_is_replaced() -> None:
     ended = carried_out(["loop", "fine", "stuck", "fine"], timeout=4)
     assert [type(ended[i]) for i in range(4)] == [Fault, Answer, Fault, Answer]
     assert {(a.outcome, a.detail) for a in ended.values() if isinstance(a, Fault)} == {
-        (Outcome.TIMEOUT, "no answer within 4 s")}
+        (Outcome.TIMEOUT, "no answer within 4 s")
+    }
 
 
 def test_a_worker_that_takes_too_much_memory_is_ended_with_that_reason() -> None:
@@ -151,10 +159,22 @@ def test_a_workers_share_of_the_memory_is_less_with_more_workers() -> None:
 
 # ---------------------------------------------------------------- how many errors are too many
 
-@pytest.mark.parametrize(("text", "faults", "trials", "exceeded"), [
-    ("0", 0, 10, False), ("0", 1, 10, True), ("3", 3, 10, False), ("3", 4, 10, True),
-    ("2%", 2, 100, False), ("2%", 3, 100, True), ("0.5 %", 1, 200, False), ("0.5%", 2, 200, True),
-    ("100%", 5, 5, False), ("0%", 1, 1000, True)])
+
+@pytest.mark.parametrize(
+    ("text", "faults", "trials", "exceeded"),
+    [
+        ("0", 0, 10, False),
+        ("0", 1, 10, True),
+        ("3", 3, 10, False),
+        ("3", 4, 10, True),
+        ("2%", 2, 100, False),
+        ("2%", 3, 100, True),
+        ("0.5 %", 1, 200, False),
+        ("0.5%", 2, 200, True),
+        ("100%", 5, 5, False),
+        ("0%", 1, 1000, True),
+    ],
+)
 def test_errors_are_allowed_by_number_or_share(text: str, faults: int, trials: int, exceeded: bool) -> None:
     assert ErrorLimit.parse(text).exceeded(faults, trials) is exceeded
 

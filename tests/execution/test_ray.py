@@ -50,7 +50,8 @@ def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
 
 
 def test_a_cluster_of_which_a_node_dies_writes_the_bytes_of_one_machine(
-        cluster: Any, settings: Settings, toy_catalog: Path, scenario: Scenario, tmp_path: Path) -> None:
+    cluster: Any, settings: Settings, toy_catalog: Path, scenario: Scenario, tmp_path: Path
+) -> None:
     alone = gb.run(toy_catalog, TRIALS, Antipodal(), scenario, seed=5, out=tmp_path / "alone", progress=False)
     seen = []
 
@@ -74,7 +75,8 @@ def test_a_node_with_other_objects_or_versions_refuses_to_work(settings: Setting
 
 
 def test_a_cluster_that_is_not_there_is_a_clear_error(
-        settings: Settings, monkeypatch: pytest.MonkeyPatch) -> None:
+    settings: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def unreachable(**_: object) -> None:
         raise ConnectionError("nobody answers\nfor many lines")
 

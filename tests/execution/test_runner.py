@@ -82,15 +82,17 @@ def test_a_killed_run_resumes_to_the_same_bytes(settings: Settings, unbroken: Pa
     # As two workers leave it when they are killed: out of order, the last line torn.
     (out / "trials.jsonl").write_text(whole[2] + whole[0] + whole[4] + whole[1][:50])
     seen: dict[int, bool] = {}
-    summary = run(settings, spread(OBJECTS, 6), out, 1,
-                  lambda record, resumed: seen.update({record["trial"]: resumed}))
+    summary = run(
+        settings, spread(OBJECTS, 6), out, 1, lambda record, resumed: seen.update({record["trial"]: resumed})
+    )
     assert (summary.resumed, summary.added, summary.repaired) == (3, 3, True)
     assert seen == {0: True, 1: False, 2: True, 3: False, 4: True, 5: False}
     assert (out / "trials.jsonl").read_bytes() == (unbroken / "trials.jsonl").read_bytes()
 
 
 def test_a_run_killed_after_its_last_trial_is_put_in_order(
-        settings: Settings, unbroken: Path, tmp_path: Path) -> None:
+    settings: Settings, unbroken: Path, tmp_path: Path
+) -> None:
     out = tmp_path / "killed"
     shutil.copytree(unbroken, out)
     whole = (out / "trials.jsonl").read_text().splitlines(keepends=True)
@@ -122,7 +124,8 @@ def test_a_run_that_differs_is_refused(settings: Settings, unbroken: Path) -> No
 
 
 def test_a_trial_that_hangs_or_kills_its_worker_is_recorded_and_the_run_goes_on(
-        settings: Settings, scenario: Scenario, tmp_path: Path) -> None:
+    settings: Settings, scenario: Scenario, tmp_path: Path
+) -> None:
     quick = scenario.model_copy(update={"trial_timeout": 25.0})
     harsh = Settings(quick, settings.objects, "fake_predictors:ByColour", 0, "raycast")
     run(harsh, spread(["block", "pot", "bar"], 3), tmp_path, 1)
@@ -147,14 +150,19 @@ def test_what_defines_a_run_is_described(settings: Settings) -> None:
 
 # ---------------------------------------------------------------- refused before the first trial
 
-@pytest.mark.parametrize(("predictor", "message"), [
-    ("fake_predictors:Unbuildable", "no weights here"),
-    ("fake_predictors:Silent", "no method predict"),
-    ("fake_predictors:Silnt", "Did you mean Silent"),
-    ("no_such_module:Thing", "no_such_module"),
-])
+
+@pytest.mark.parametrize(
+    ("predictor", "message"),
+    [
+        ("fake_predictors:Unbuildable", "no weights here"),
+        ("fake_predictors:Silent", "no method predict"),
+        ("fake_predictors:Silnt", "Did you mean Silent"),
+        ("no_such_module:Thing", "no_such_module"),
+    ],
+)
 def test_an_unusable_predictor_is_refused(
-        settings: Settings, tmp_path: Path, predictor: str, message: str) -> None:
+    settings: Settings, tmp_path: Path, predictor: str, message: str
+) -> None:
     bad = Settings(settings.scenario, settings.objects, predictor, 0, "raycast")
     with pytest.raises(PredictorError, match=message):
         run(bad, spread(OBJECTS, 3), tmp_path / "out", 1)
@@ -170,7 +178,8 @@ def test_damaged_objects_are_refused(settings: Settings, tmp_path: Path) -> None
 
 
 def test_an_object_that_cannot_be_grasped_in_any_pose_is_refused(
-        settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     load = Catalog.load
     monkeypatch.setattr(Catalog, "load", lambda self, name: replace(load(self, name), poses=()))
     with pytest.raises(GraspBenchError, match="bar has no resting pose"):

@@ -15,6 +15,6 @@ def test_every_strip_is_on_the_sheet(count: int) -> None:
     assert sheet.shape == (2 * -(-count // 2), 8 if count == 1 else 16, 3)
     for i in range(count):
         row, column = 2 * (i // 2), 8 * (i % 2)
-        assert (sheet[row:row + 2, column:column + 8] == 10 * i + 1).all()
+        assert (sheet[row : row + 2, column : column + 8] == 10 * i + 1).all()
     if count in (3, 5):
         assert (sheet[-2:, 8:] == 255).all()

@@ -96,8 +96,12 @@ def test_legacy_peak_smears_the_seam() -> None:
     """At ±90° the lineage's filter averages +89° and −89° to nothing; sine and cosine do not."""
     quality = np.exp(-((np.mgrid[0:80, 0:80] - 40) ** 2).sum(0) / 50).astype(np.float32)
     angle = np.where(np.arange(80) % 2, 1.55, -1.55)[None].repeat(80, 0)
-    maps = GraspMaps(quality, np.sin(2 * angle).astype(np.float32), np.cos(2 * angle).astype(np.float32),
-                     np.full((80, 80), 30, np.float32))
+    maps = GraspMaps(
+        quality,
+        np.sin(2 * angle).astype(np.float32),
+        np.cos(2 * angle).astype(np.float32),
+        np.full((80, 80), 30, np.float32),
+    )
     legacy = legacy_best(maps)
     assert legacy is not None
     assert (legacy.x, legacy.y, legacy.width) == pytest.approx((40.5, 40.5, 30))
@@ -109,6 +113,7 @@ def test_legacy_peak_smears_the_seam() -> None:
 
 
 # --- protocols ----------------------------------------------------------------------------
+
 
 def test_strict_does_not_look_at_labels(tmp_path: Path) -> None:
     found = open_collection(write_cornell(tmp_path, GRASPS[:2]))
@@ -146,8 +151,10 @@ def test_legacy_needs_maps(tmp_path: Path) -> None:
 
 # --- evaluation ---------------------------------------------------------------------------
 
-@pytest.mark.parametrize(("predictor", "verdict"), [
-    ("Bar", "correct"), ("Beside", "elsewhere"), ("Blind", "none")])
+
+@pytest.mark.parametrize(
+    ("predictor", "verdict"), [("Bar", "correct"), ("Beside", "elsewhere"), ("Blind", "none")]
+)
 @pytest.mark.parametrize("dataset", ["cornell", "jacquard"])
 def test_evaluate(tmp_path: Path, dataset: Any, predictor: str, verdict: str) -> None:
     root = write_cornell(tmp_path, GRASPS) if dataset == "cornell" else write_jacquard(tmp_path, SMALL)
@@ -222,11 +229,17 @@ def test_training_starts_from_given_weights(tmp_path: Path) -> None:
         if a.dim() > 1:
             assert not torch.allclose(a, c), name
     with pytest.raises(GraspBenchError, match="give --input depth"):
-        train(config.model_copy(update={"input": "rgbd"}), scenes, tmp_path / "w", None,
-              tmp_path / "start.safetensors")
+        train(
+            config.model_copy(update={"input": "rgbd"}),
+            scenes,
+            tmp_path / "w",
+            None,
+            tmp_path / "start.safetensors",
+        )
 
 
 # --- command and tables -------------------------------------------------------------------
+
 
 def invoke(*arguments: object) -> Any:
     return CliRunner().invoke(app, [str(a) for a in arguments])
@@ -250,15 +263,18 @@ def test_command(tmp_path: Path) -> None:
     assert json.loads(invoke(*common, "--format", "json").stdout)["images"] == 6
 
 
-@pytest.mark.parametrize(("arguments", "message"), [
-    (("--root", "nowhere"), "nowhere is not a folder"),
-    (("--folds", "99"), "99 folds cannot be made"),
-    (("--fold", "3", "--folds", "2"), "--fold must be from 1 to 2"),
-    (("--predictor", "oracle"), "needs the simulator's truth"),
-    (("--predictor", "htc-grsp"), "Did you mean htc-grasp"),
-    (("--predictor", "antipodal", "--train-steps", "3"), "Unknown network"),
-    (("--protocol", "legacy", "--predictor", "antipodal"), "--protocol strict"),
-])
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--root", "nowhere"), "nowhere is not a folder"),
+        (("--folds", "99"), "99 folds cannot be made"),
+        (("--fold", "3", "--folds", "2"), "--fold must be from 1 to 2"),
+        (("--predictor", "oracle"), "needs the simulator's truth"),
+        (("--predictor", "htc-grsp"), "Did you mean htc-grasp"),
+        (("--predictor", "antipodal", "--train-steps", "3"), "Unknown network"),
+        (("--protocol", "legacy", "--predictor", "antipodal"), "--protocol strict"),
+    ],
+)
 def test_bad_questions(tmp_path: Path, arguments: tuple[str, ...], message: str) -> None:
     root = write_jacquard(tmp_path / "j", SMALL)
     result = invoke("evaluate", "--dataset", "jacquard", "--root", root, *arguments)

@@ -31,6 +31,7 @@ SMALL = [Grasp(120 + 3 * i, 130.0, 1.3 - 0.5 * i, 40.0) for i in range(6)]
 
 # --- reading ------------------------------------------------------------------------------
 
+
 @pytest.mark.parametrize("cloud", [False, True], ids=["tiff", "point cloud"])
 def test_cornell(tmp_path: Path, cloud: bool) -> None:
     found = open_collection(write_cornell(tmp_path, GRASPS[:2], cloud=cloud))
@@ -105,13 +106,16 @@ def test_folders_that_hold_nothing(tmp_path: Path) -> None:
         open_collection(tmp_path, "jacquard", depth="sterio")
 
 
-@pytest.mark.parametrize(("name", "content", "message"), [
-    ("pcd0101cpos.txt", b"1 2\n3 4\n5 6\n", "3 lines"),
-    ("pcd0101cpos.txt", b"1 2\n3 four\n5 6\n7 8\n", "line 2: expected 2 numbers, got '3 four'"),
-    ("pcd0101cpos.txt", b"1 2\n\xff\xfe\n", "cannot be read"),
-    ("pcd0101r.png", b"\x89PNG nonsense", "not an image"),
-    ("pcd0101d.tiff", b"II*\x00", "not a depth image"),
-])
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("pcd0101cpos.txt", b"1 2\n3 4\n5 6\n", "3 lines"),
+        ("pcd0101cpos.txt", b"1 2\n3 four\n5 6\n7 8\n", "line 2: expected 2 numbers, got '3 four'"),
+        ("pcd0101cpos.txt", b"1 2\n\xff\xfe\n", "cannot be read"),
+        ("pcd0101r.png", b"\x89PNG nonsense", "not an image"),
+        ("pcd0101d.tiff", b"II*\x00", "not a depth image"),
+    ],
+)
 def test_damaged_files_are_named(tmp_path: Path, name: str, content: bytes, message: str) -> None:
     found = open_collection(write_cornell(tmp_path, GRASPS[:2]))
     (tmp_path / "01" / name).write_bytes(content)
@@ -140,6 +144,7 @@ def test_depth_of_another_size_is_refused(tmp_path: Path) -> None:
 
 
 # --- level depth --------------------------------------------------------------------------
+
 
 def test_levelled_depth_shows_the_height_only(tmp_path: Path) -> None:
     """A table that falls by half a metre, with a wall behind and holes."""
@@ -173,8 +178,17 @@ def test_nothing_measured_is_left_alone() -> None:
 
 # --- frames -------------------------------------------------------------------------------
 
-@pytest.mark.parametrize("frame", [Frame(320, 240, 320, 224), Frame(320, 240, 427, 299),
-                                   Frame(301.5, 240.25, 220, 224), Frame(30, 470, 300, 210)], ids=str)
+
+@pytest.mark.parametrize(
+    "frame",
+    [
+        Frame(320, 240, 320, 224),
+        Frame(320, 240, 427, 299),
+        Frame(301.5, 240.25, 220, 224),
+        Frame(30, 470, 300, 210),
+    ],
+    ids=str,
+)
 def test_labels_follow_the_frame(tmp_path: Path, frame: Frame) -> None:
     found = open_collection(write_cornell(tmp_path, [GRASPS[0], Grasp(95, 400, 1.4, 60)]))
     sample = found.load(found.entries[frame.x < 100])
@@ -189,6 +203,7 @@ def test_labels_follow_the_frame(tmp_path: Path, frame: Frame) -> None:
 
 
 # --- folds --------------------------------------------------------------------------------
+
 
 def test_folds_of_unknown_objects_are_contiguous() -> None:
     folds = make_folds([None] * 11, 4, "object")
@@ -213,8 +228,10 @@ def test_images_at_random() -> None:
     assert sorted(i for part in one.test for i in part) == list(range(20))
 
 
-@pytest.mark.parametrize(("objects", "count", "split"), [
-    (["a", "a", "b"], 3, "object"), ([None] * 3, 4, "object"), ([None] * 3, 0, "image")])
+@pytest.mark.parametrize(
+    ("objects", "count", "split"),
+    [(["a", "a", "b"], 3, "object"), ([None] * 3, 4, "object"), ([None] * 3, 0, "image")],
+)
 def test_impossible_folds(objects: list, count: int, split) -> None:
     with pytest.raises(GraspBenchError, match="--folds from 1 to"):
         make_folds(objects, count, split)
@@ -228,6 +245,7 @@ def test_holdout_option() -> None:
 
 
 # --- scenes to train on -------------------------------------------------------------------
+
 
 def test_scene_of_a_sample(tmp_path: Path) -> None:
     found = open_collection(write_jacquard(tmp_path, SMALL[2:3]))
@@ -251,8 +269,9 @@ def test_mixture_draws_by_weight(tmp_path: Path) -> None:
     (tmp_path / "synth" / "scenes").mkdir(parents=True)
     for k in range(3):
         store_scene(tmp_path / f"synth/scenes/{k:06d}.npz", draw_scene([GRASPS[0]], seed=k))
-    (tmp_path / "synth" / "index.jsonl").write_text("".join(
-        f'{{"file": "scenes/{k:06d}.npz", "split": "train"}}\n' for k in range(3)))
+    (tmp_path / "synth" / "index.jsonl").write_text(
+        "".join(f'{{"file": "scenes/{k:06d}.npz", "split": "train"}}\n' for k in range(3))
+    )
     root = write_cornell(tmp_path / "cornell", GRASPS)
     plain = gather([Source(tmp_path / "synth"), Source(root)], 224, holdout=(1, 3))
     assert (len(plain.train), len(plain.val)) == (3 + 4, 2)
@@ -300,6 +319,7 @@ def test_samples_are_drawn(tmp_path: Path) -> None:
 
 
 # --- the real thing -----------------------------------------------------------------------
+
 
 def test_real_cornell_samples() -> None:
     found = open_collection(real_samples("cornell"), "cornell")

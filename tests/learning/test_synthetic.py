@@ -42,6 +42,7 @@ def scenes() -> list[dict[str, np.ndarray]]:
 
 # ---------------------------------------------------------------- scenes
 
+
 def test_scene_depends_on_seed_and_index_only(scenes: list[dict[str, np.ndarray]]) -> None:
     assert same(make_scene(11, 1, QUICK), scenes[1])
     assert not same(make_scene(12, 1, QUICK), scenes[1])
@@ -51,8 +52,13 @@ def test_arrays_have_their_types_and_ranges(scenes: list[dict[str, np.ndarray]])
     for scene in scenes:
         assert scene["rgb"].shape == (320, 320, 3)
         assert scene["rgb"].dtype == np.uint8
-        for name, kind in (("depth", np.uint16), ("depth_true", np.uint16), ("quality", np.uint8),
-                           ("angle", np.float16), ("width", np.float16)):
+        for name, kind in (
+            ("depth", np.uint16),
+            ("depth_true", np.uint16),
+            ("quality", np.uint8),
+            ("angle", np.float16),
+            ("width", np.float16),
+        ):
             assert scene[name].shape == (320, 320)
             assert scene[name].dtype == kind
         assert np.isfinite(scene["angle"]).all()
@@ -70,6 +76,7 @@ def test_arrays_have_their_types_and_ranges(scenes: list[dict[str, np.ndarray]])
 
 
 # ---------------------------------------------------------------- files
+
 
 def test_files_do_not_depend_on_workers_and_are_kept(tmp_path: Path) -> None:
     one, two = tmp_path / "one", tmp_path / "two"
@@ -97,12 +104,14 @@ def test_files_do_not_depend_on_workers_and_are_kept(tmp_path: Path) -> None:
 
 # ---------------------------------------------------------------- labels
 
-def on_table(model: RandomObject, scenario: Scenario, x: float, y: float,
-             tries: int = 10) -> dict[str, np.ndarray]:
+
+def on_table(
+    model: RandomObject, scenario: Scenario, x: float, y: float, tries: int = 10
+) -> dict[str, np.ndarray]:
     """Scene of one object put down as it is modelled, unturned."""
     gripper = FloatingGripper(compile_floating(scenario, [model]), scenario)
     q = gripper.object_q[0]
-    gripper.data.qpos[q:q + 3] = x, y, 0.0005 - min(h[:, 2].min() for h in model.hulls)
+    gripper.data.qpos[q : q + 3] = x, y, 0.0005 - min(h[:, 2].min() for h in model.hulls)
     assert gripper.settle(1.0)
     return record(gripper, [model], SynthConfig(tries=tries), np.random.default_rng(0))
 
@@ -158,6 +167,7 @@ def test_candidates_are_good_poor_and_wrong_and_physics_tells_them_apart() -> No
 
 # ---------------------------------------------------------------- shapes
 
+
 def test_what_a_try_says_does_not_hang_on_the_time_step(monkeypatch: pytest.MonkeyPatch) -> None:
     """With stiff pads, tries at 4 ms lose a quarter of the grasps that hold: labels would be wrong."""
     said: dict[float, list[bool]] = {1.0: [], 0.5: []}
@@ -206,6 +216,8 @@ def test_shapes_are_closed_and_their_pieces_fill_them() -> None:
 
 
 def test_generator_knows_nothing_of_the_benchmarks_objects() -> None:
-    code = ("import sys, grasp_bench.learning.data.synthetic, grasp_bench.learning.data.generate; "
-            "sys.exit(any('household' in m for m in sys.modules))")
+    code = (
+        "import sys, grasp_bench.learning.data.synthetic, grasp_bench.learning.data.generate; "
+        "sys.exit(any('household' in m for m in sys.modules))"
+    )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

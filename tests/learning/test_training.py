@@ -42,13 +42,28 @@ def draw_scene(grasps: list[Grasp], name: str = "0", seed: int = 0) -> Scene:
     depth[rng.random(depth.shape) < 0.02] = 0
     maps = GraspMaps.from_grasps(grasps, (SIZE, SIZE))
     listed = np.array([[g.x, g.y, g.angle, g.width, 1] for g in grasps], np.float32).reshape(-1, 5)
-    return Scene(name, rgb, depth, (maps.quality * 255).astype(np.uint8), maps.angle.astype(np.float16),
-                 maps.width.astype(np.float16), listed)
+    return Scene(
+        name,
+        rgb,
+        depth,
+        (maps.quality * 255).astype(np.uint8),
+        maps.angle.astype(np.float16),
+        maps.width.astype(np.float16),
+        listed,
+    )
 
 
 def store_scene(path: Path, scene: Scene) -> None:
-    np.savez_compressed(path, rgb=scene.rgb, depth=scene.depth, depth_true=scene.depth, quality=scene.quality,
-                        angle=scene.angle, width=scene.width, grasps=scene.grasps)
+    np.savez_compressed(
+        path,
+        rgb=scene.rgb,
+        depth=scene.depth,
+        depth_true=scene.depth,
+        quality=scene.quality,
+        angle=scene.angle,
+        width=scene.width,
+        grasps=scene.grasps,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -62,17 +77,28 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         x, y = rng.uniform(120, 200, 2)
         grasp = Grasp(x, y, rng.uniform(-1.5, 1.5), rng.uniform(40, 60))
         store_scene(folder / f"scenes/{k:06d}.npz", draw_scene([grasp], seed=k))
-        lines.append(json.dumps({"scene": f"{k:06d}", "file": f"scenes/{k:06d}.npz",
-                                 "split": "val" if k >= 6 else "train"}))
+        lines.append(
+            json.dumps(
+                {"scene": f"{k:06d}", "file": f"scenes/{k:06d}.npz", "split": "val" if k >= 6 else "train"}
+            )
+        )
     (folder / "index.jsonl").write_text("\n".join(lines) + "\n")
     return folder
 
 
 # --- augmentation -------------------------------------------------------------------------
 
-VIEWS = [View(), View(rotation=math.radians(90)), View(rotation=math.radians(30)),
-         View(rotation=math.radians(-140)), View(mirror=True), View(scale=1.1), View(scale=0.9),
-         View(shift=(13.0, -7.0)), View(math.radians(70), True, 0.93, (-9.0, 11.0))]
+VIEWS = [
+    View(),
+    View(rotation=math.radians(90)),
+    View(rotation=math.radians(30)),
+    View(rotation=math.radians(-140)),
+    View(mirror=True),
+    View(scale=1.1),
+    View(scale=0.9),
+    View(shift=(13.0, -7.0)),
+    View(math.radians(70), True, 0.93, (-9.0, 11.0)),
+]
 
 
 @pytest.mark.parametrize("view", VIEWS, ids=str)
@@ -146,6 +172,7 @@ def test_jitter_keeps_holes_and_types() -> None:
 
 # --- batches ------------------------------------------------------------------------------
 
+
 def test_every_scene_once_an_epoch() -> None:
     seen = [k for step in range(4) for k in scenes_of_step(7, step, 5, 10)]
     assert sorted(seen[:10]) == sorted(seen[10:]) == list(range(10))
@@ -164,6 +191,7 @@ def test_batches_depend_on_seed_and_step_only(folder: Path) -> None:
 
 
 # --- loss ---------------------------------------------------------------------------------
+
 
 def test_loss_by_hand() -> None:
     """Two pixels, one with a grasp."""
@@ -191,6 +219,7 @@ def test_loss_without_any_grasp() -> None:
 
 
 # --- validation ---------------------------------------------------------------------------
+
 
 def test_hit() -> None:
     labels = GraspMaps.from_grasps([Grasp(30.0, 30.0, 0.5, 40.0)], (60, 60))
@@ -221,6 +250,7 @@ def test_labels_themselves_score_full_marks(folder: Path) -> None:
 
 # --- data on disk -------------------------------------------------------------------------
 
+
 def test_reads_back_what_was_stored(folder: Path) -> None:
     scenes = load_scenes([folder])
     assert (len(scenes.train), len(scenes.val)) == (6, 2)
@@ -236,20 +266,41 @@ def spoil_truncated(path: Path) -> None:
 
 def spoil_pickled(path: Path) -> None:
     scene = draw_scene([])
-    np.savez(path, rgb=np.array([print], dtype=object), depth=scene.depth, quality=scene.quality,
-             angle=scene.angle, width=scene.width, grasps=scene.grasps)
+    np.savez(
+        path,
+        rgb=np.array([print], dtype=object),
+        depth=scene.depth,
+        quality=scene.quality,
+        angle=scene.angle,
+        width=scene.width,
+        grasps=scene.grasps,
+    )
 
 
 def spoil_shape(path: Path) -> None:
     scene = draw_scene([])
-    np.savez(path, rgb=scene.rgb[:100], depth=scene.depth, quality=scene.quality,
-             angle=scene.angle, width=scene.width, grasps=scene.grasps)
+    np.savez(
+        path,
+        rgb=scene.rgb[:100],
+        depth=scene.depth,
+        quality=scene.quality,
+        angle=scene.angle,
+        width=scene.width,
+        grasps=scene.grasps,
+    )
 
 
 def spoil_nan(path: Path) -> None:
     scene = draw_scene([])
-    np.savez(path, rgb=scene.rgb, depth=scene.depth, quality=scene.quality,
-             angle=scene.angle * np.float16("nan"), width=scene.width, grasps=scene.grasps)
+    np.savez(
+        path,
+        rgb=scene.rgb,
+        depth=scene.depth,
+        quality=scene.quality,
+        angle=scene.angle * np.float16("nan"),
+        width=scene.width,
+        grasps=scene.grasps,
+    )
 
 
 def spoil_missing(path: Path) -> None:
@@ -266,12 +317,30 @@ def spoil_text(path: Path) -> None:
 
 def spoil_small(path: Path) -> None:
     scene, part = draw_scene([]), np.s_[:64, :64]
-    np.savez(path, rgb=scene.rgb[part], depth=scene.depth[part], quality=scene.quality[part],
-             angle=scene.angle[part], width=scene.width[part], grasps=scene.grasps)
+    np.savez(
+        path,
+        rgb=scene.rgb[part],
+        depth=scene.depth[part],
+        quality=scene.quality[part],
+        angle=scene.angle[part],
+        width=scene.width[part],
+        grasps=scene.grasps,
+    )
 
 
-@pytest.mark.parametrize("spoil", [spoil_truncated, spoil_pickled, spoil_shape, spoil_nan, spoil_missing,
-                                   spoil_lacking, spoil_text, spoil_small])
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        spoil_truncated,
+        spoil_pickled,
+        spoil_shape,
+        spoil_nan,
+        spoil_missing,
+        spoil_lacking,
+        spoil_text,
+        spoil_small,
+    ],
+)
 def test_damaged_scenes_are_named(spoil, tmp_path: Path) -> None:
     path = tmp_path / "000007.npz"
     store_scene(path, draw_scene([]))
@@ -280,8 +349,17 @@ def test_damaged_scenes_are_named(spoil, tmp_path: Path) -> None:
         load_scene(path, CROP)
 
 
-@pytest.mark.parametrize("line", ["{", "3", '{"file": "a.npz"}', '{"file": "a.npz", "split": "test"}',
-                                  '{"file": "../a.npz", "split": "train"}', '{"file": 4, "split": "train"}'])
+@pytest.mark.parametrize(
+    "line",
+    [
+        "{",
+        "3",
+        '{"file": "a.npz"}',
+        '{"file": "a.npz", "split": "test"}',
+        '{"file": "../a.npz", "split": "train"}',
+        '{"file": 4, "split": "train"}',
+    ],
+)
 def test_damaged_index_is_named_with_its_line(line: str, tmp_path: Path) -> None:
     (tmp_path / "index.jsonl").write_text("\n" + line + "\n")
     with pytest.raises(AssetError, match=r"index\.jsonl, line 2"):
@@ -359,8 +437,23 @@ def test_divergence_stops_the_run(folder: Path, tmp_path: Path) -> None:
 def test_command_trains_and_writes_weights(folder: Path, tmp_path: Path) -> None:
     app = Typer()
     app.command()(train_command)
-    result = CliRunner().invoke(app, ["--predictor", "gg-cnn", "--data", str(folder), "--out", str(tmp_path),
-                                      "--steps", "1", "--batch", "1", "--threads", "1"])
+    result = CliRunner().invoke(
+        app,
+        [
+            "--predictor",
+            "gg-cnn",
+            "--data",
+            str(folder),
+            "--out",
+            str(tmp_path),
+            "--steps",
+            "1",
+            "--batch",
+            "1",
+            "--threads",
+            "1",
+        ],
+    )
     assert result.exit_code == 0, result.output
     assert "rectangle metric" in result.output
     assert "# gg-cnn" in (tmp_path / "gg-cnn.md").read_text()
@@ -382,8 +475,9 @@ def test_export_installs_weights_card_and_hash(folder: Path, tmp_path: Path, mon
 def test_wrong_settings_are_named(option: str, value: str, folder: Path, tmp_path: Path) -> None:
     app = Typer()
     app.command()(train_command)
-    result = CliRunner().invoke(app, ["--predictor", "gg-cnn", "-d", str(folder), "-o", str(tmp_path), option,
-                                      value])
+    result = CliRunner().invoke(
+        app, ["--predictor", "gg-cnn", "-d", str(folder), "-o", str(tmp_path), option, value]
+    )
     assert result.exit_code == 2
     assert option in result.output
 

@@ -44,8 +44,12 @@ NAMES = ["pot", "bar"]
 def crowd(scenario: Scenario) -> Scenario:
     """Two objects, two failures allowed."""
     small = Clutter(fewest=2, most=2, workspace=(0.08, 0.08), failures=2)
-    return scenario.model_copy(update={"clutter": small, "objects": scenario.objects.model_copy(
-        update={"names": dict.fromkeys(NAMES, "")})})
+    return scenario.model_copy(
+        update={
+            "clutter": small,
+            "objects": scenario.objects.model_copy(update={"names": dict.fromkeys(NAMES, "")}),
+        }
+    )
 
 
 def clear(crowd: Scenario, objects: Path, out: Path, **kept: Any) -> Path:
@@ -70,8 +74,9 @@ def names_in(folder: Path) -> list[str]:
     return sorted(p.name for p in (folder / store.FOLDER).iterdir())
 
 
-def test_each_attempt_is_kept_and_changes_no_record(plain: Path, crowd: Scenario, toy_catalog: Path,
-                                                    tmp_path: Path) -> None:
+def test_each_attempt_is_kept_and_changes_no_record(
+    plain: Path, crowd: Scenario, toy_catalog: Path, tmp_path: Path
+) -> None:
     out = clear(crowd, toy_catalog, tmp_path / "run", media="failures")
     assert (out / "trials.jsonl").read_bytes() == (plain / "trials.jsonl").read_bytes()
     assert names_in(out) == ["00000-00-clip.webp", "00000-00.webp", "00000-01-clip.webp", "00000-01.webp"]
@@ -90,8 +95,9 @@ def test_each_attempt_is_kept_and_changes_no_record(plain: Path, crowd: Scenario
 def test_clips_are_of_the_attempts_that_failed(crowd: Scenario, toy_catalog: Path, tmp_path: Path) -> None:
     pytest.importorskip("rerun")
     log = tmp_path / "all.rrd"
-    finished = api.run(toy_catalog, 1, Oracle(), crowd, out=tmp_path / "run", progress=False,
-                       media="failures", rerun=log)
+    finished = api.run(
+        toy_catalog, 1, Oracle(), crowd, out=tmp_path / "run", progress=False, media="failures", rerun=log
+    )
     assert log.stat().st_size > 10_000
     assert not list((finished.folder / store.FOLDER).glob("*.rrd"))
     (line,) = (finished.folder / "trials.jsonl").read_text().splitlines()
@@ -135,6 +141,7 @@ def test_maps_of_an_earlier_picture_are_not_those_of_a_failed_predictor() -> Non
 
 # ---------------------------------------------------------------- replays
 
+
 def test_an_episode_done_again_is_the_same_to_the_bit(again: Replay) -> None:
     assert again.identical
     assert again.differs == []
@@ -143,13 +150,18 @@ def test_an_episode_done_again_is_the_same_to_the_bit(again: Replay) -> None:
     assert [t.attempt for t in again.takes] == [0, 1]
     told = story(again)
     assert [line.split(":")[0] for line in told] == [
-        "Trial 0", "On the table", *("Attempt 0", "Seen", "Proposed", "Planned", "Reached", "Held", "Ended"),
-        *("Attempt 1", "Seen", "Proposed", "Planned", "Reached", "Held", "Ended"), "Table"]
+        "Trial 0",
+        "On the table",
+        *("Attempt 0", "Seen", "Proposed", "Planned", "Reached", "Held", "Ended"),
+        *("Attempt 1", "Seen", "Proposed", "Planned", "Reached", "Held", "Ended"),
+        "Table",
+    ]
     assert "2 of 2 objects left" in told[-1]
 
 
-def test_one_attempt_alone_is_shown_and_the_whole_verified(plain: Path, toy_catalog: Path,
-                                                           tmp_path: Path) -> None:
+def test_one_attempt_alone_is_shown_and_the_whole_verified(
+    plain: Path, toy_catalog: Path, tmp_path: Path
+) -> None:
     text = (plain / "trials.jsonl").read_text()
     changed = tmp_path / "changed"
     changed.mkdir()
@@ -189,8 +201,12 @@ def test_a_log_has_an_entity_for_each_attempt(again: Replay, tmp_path: Path) -> 
     with writing(tmp_path / "one.rrd") as stream:
         for take in again.takes:
             log_take(stream, take, again.scenario)
-    printed = subprocess.run([sys.executable, "-m", "rerun", "rrd", "print", str(tmp_path / "one.rrd")],
-                             capture_output=True, text=True, check=True).stdout
+    printed = subprocess.run(
+        [sys.executable, "-m", "rerun", "rrd", "print", str(tmp_path / "one.rrd")],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
     for number in (0, 1):
         for entity in ("world/camera/rgb", "gripper/force"):
             assert f"/trial_00000/attempt_{number:02}/{entity} " in printed

@@ -31,8 +31,15 @@ from grasp_bench.trials.attempt import Trial, Workcell, run_trial
 def watched(scenario: Scenario, models: dict[str, ObjectModel]) -> tuple[Trial, Recording]:
     """An oracle's trial on the block, every 50th sample of it kept."""
     recording = Recording(50, touches=True)
-    done = run_trial(Workcell(scenario), models["block"], load_predictor("oracle"), trial=0, attempt=0,
-                     seed=3, observer=recording)
+    done = run_trial(
+        Workcell(scenario),
+        models["block"],
+        load_predictor("oracle"),
+        trial=0,
+        attempt=0,
+        seed=3,
+        observer=recording,
+    )
     return done, recording
 
 
@@ -48,9 +55,9 @@ def image(scenario: Scenario) -> RgbdImage:
     return RgbdImage(rgb, measured, intrinsics)
 
 
-
-def test_records_are_the_same_with_and_without_media(toy_catalog: Path, scenario: Scenario,
-                                                    tmp_path: Path) -> None:
+def test_records_are_the_same_with_and_without_media(
+    toy_catalog: Path, scenario: Scenario, tmp_path: Path
+) -> None:
     lines = {}
     for predictor in ("oracle", "displaced"):
         for mode in MODES:
@@ -68,8 +75,9 @@ def test_records_are_the_same_with_and_without_media(toy_catalog: Path, scenario
     assert '"outcome": "missed"' in lines["displaced", "none"]
 
 
-def test_sheets_and_clips_are_small_and_move(watched: tuple[Trial, Recording], scenario: Scenario,
-                                             tmp_path: Path) -> None:
+def test_sheets_and_clips_are_small_and_move(
+    watched: tuple[Trial, Recording], scenario: Scenario, tmp_path: Path
+) -> None:
     done, recording = watched
     recorder = store.PictureRecorder(tmp_path, "all", scenario)
     recorder._recording = recording
@@ -90,8 +98,9 @@ def test_sheets_and_clips_are_small_and_move(watched: tuple[Trial, Recording], s
     assert store.faults(tmp_path) == {}
 
 
-def test_what_goes_wrong_is_written_down_and_told(watched: tuple[Trial, Recording], scenario: Scenario,
-                                                  tmp_path: Path) -> None:
+def test_what_goes_wrong_is_written_down_and_told(
+    watched: tuple[Trial, Recording], scenario: Scenario, tmp_path: Path
+) -> None:
     class Odd:
         last_maps = "not maps"
 
@@ -110,6 +119,7 @@ def test_an_unknown_choice_names_the_valid_ones() -> None:
 
 # ---------------------------------------------------------------- recording and film
 
+
 def test_a_recording_keeps_every_nth_sample_and_the_touches(watched: tuple[Trial, Recording]) -> None:
     done, recording = watched
     assert done.world is not None
@@ -123,8 +133,9 @@ def test_a_recording_keeps_every_nth_sample_and_the_touches(watched: tuple[Trial
     assert recording.moments[0].qpos.shape == (done.world.model.nq,)
 
 
-def test_casting_only_what_moves_gives_the_whole_picture(watched: tuple[Trial, Recording],
-                                                         scenario: Scenario) -> None:
+def test_casting_only_what_moves_gives_the_whole_picture(
+    watched: tuple[Trial, Recording], scenario: Scenario
+) -> None:
     done, recording = watched
     assert done.world is not None
     with Filmer(done.world.model, scenario, (96, 72)) as filmer:
@@ -144,6 +155,7 @@ def test_a_view_is_that_of_mujocos_free_camera() -> None:
 
 
 # ---------------------------------------------------------------- pictures
+
 
 def test_the_crop_holds_the_grasp_wherever_it_is(image: RgbdImage) -> None:
     middle = crop_for(image, [])

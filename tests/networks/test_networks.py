@@ -49,23 +49,34 @@ def test_every_parameter_gets_a_gradient(name: str) -> None:
         assert value.grad.abs().max() > 0 or parameter.endswith("bias"), parameter
 
 
-@pytest.mark.parametrize(("name", "kind", "count"), [
-    (name, kind, count) for name, spec in NETWORKS.items() for kind, count in spec.parameters.items()])
+@pytest.mark.parametrize(
+    ("name", "kind", "count"),
+    [(name, kind, count) for name, spec in NETWORKS.items() for kind, count in spec.parameters.items()],
+)
 def test_parameter_count_is_the_published_one(name: str, kind: Kind, count: int) -> None:
     assert parameter_count(build(name, kind)) == count
 
 
 def test_published_counts_are_known_of_every_rival() -> None:
-    counts = {(name, kind): count for name, spec in NETWORKS.items()
-              for kind, count in spec.parameters.items()}
-    assert counts == {("gg-cnn", "depth"): 62_420, ("gg-cnn", "rgbd"): 70_196,
-                      ("gg-cnn2", "depth"): 66_676, ("gg-cnn2", "rgbd"): 72_484,
-                      ("gr-convnet", "rgbd"): 1_900_900, ("gr-convnet", "depth"): 1_893_124,
-                      ("gr-convnet-16", "rgbd"): 479_156, ("tf-grasp", "rgbd"): 6_812_108}
+    counts = {
+        (name, kind): count for name, spec in NETWORKS.items() for kind, count in spec.parameters.items()
+    }
+    assert counts == {
+        ("gg-cnn", "depth"): 62_420,
+        ("gg-cnn", "rgbd"): 70_196,
+        ("gg-cnn2", "depth"): 66_676,
+        ("gg-cnn2", "rgbd"): 72_484,
+        ("gr-convnet", "rgbd"): 1_900_900,
+        ("gr-convnet", "depth"): 1_893_124,
+        ("gr-convnet-16", "rgbd"): 479_156,
+        ("tf-grasp", "rgbd"): 6_812_108,
+    }
 
 
-@pytest.mark.parametrize(("name", "kind"), [("gg-cnn", "rgbd"), ("gr-convnet-16", "rgb"),
-                                            ("gr-convnet-16", "depth"), ("tf-grasp", "rgb")])
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [("gg-cnn", "rgbd"), ("gr-convnet-16", "rgb"), ("gr-convnet-16", "depth"), ("tf-grasp", "rgb")],
+)
 def test_other_inputs(name: str, kind: Kind) -> None:
     with torch.inference_mode():
         assert build(name, kind).eval()(torch.randn(1, CHANNELS_OF[kind], 64, 64)).shape == (1, 4, 64, 64)
@@ -98,6 +109,7 @@ def test_wrong_name_lists_the_right_ones() -> None:
 
 
 # --- HTC-Grasp ----------------------------------------------------------------------------
+
 
 def test_double_normalisation() -> None:
     """Weights over the memory sum to 1, and are proportional to a softmax over the tokens."""
@@ -165,6 +177,7 @@ def test_stages_have_the_resolutions_of_the_paper() -> None:
 
 # --- TF-Grasp's windows -------------------------------------------------------------------
 
+
 def test_windows_go_back_where_they_came_from() -> None:
     x = torch.randn(2, 14, 21, 3)
     windows = _to_windows(x)
@@ -186,6 +199,7 @@ def test_shifted_windows_do_not_join_opposite_borders() -> None:
 
 
 # --- encoding -----------------------------------------------------------------------------
+
 
 def test_holes_take_the_nearest_depth() -> None:
     depth = np.zeros((5, 9), np.float32)

@@ -12,13 +12,19 @@ from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scenario.reading import load_scenario
 
 BAR = (0.04, 0.04, 0.06)
-SCENE = look(ground(
-    (0.42, -0.10, *BAR),  # stands free
-    (0.58, -0.10, 0.12, 0.12, 0.047),  # wider than the jaws
-    (0.45, 0.10, *BAR), (0.45, 0.10, 0.12, 0.12, 0.047),  # on a plinth that keeps the tips 17 mm too high
-    (0.58, 0.10, *BAR), (0.58, 0.10, 0.12, 0.12, 0.040)))  # on one that keeps them 10 mm too high
-FREE, SHALLOW, LESS_SHALLOW = (grasp_at(x, y, 0.06, 0, 0.06) for x, y in
-                               [(0.42, -0.10), (0.45, 0.10), (0.58, 0.10)])
+SCENE = look(
+    ground(
+        (0.42, -0.10, *BAR),  # stands free
+        (0.58, -0.10, 0.12, 0.12, 0.047),  # wider than the jaws
+        (0.45, 0.10, *BAR),
+        (0.45, 0.10, 0.12, 0.12, 0.047),  # on a plinth that keeps the tips 17 mm too high
+        (0.58, 0.10, *BAR),
+        (0.58, 0.10, 0.12, 0.12, 0.040),
+    )
+)  # on one that keeps them 10 mm too high
+FREE, SHALLOW, LESS_SHALLOW = (
+    grasp_at(x, y, 0.06, 0, 0.06) for x, y in [(0.42, -0.10), (0.45, 0.10), (0.58, 0.10)]
+)
 BLOCKED = grasp_at(0.58, -0.10, 0.047, 0, 0.06)
 BARE = grasp_at(0.50, 0.25, 0, 0, 0.06)
 
@@ -28,19 +34,23 @@ def planner() -> Planner:
     return Planner(load_scenario("table4"))
 
 
-@pytest.mark.parametrize(("grasps", "rank", "shortfall"), [
-    ([FREE, SHALLOW], 0, 0.0),
-    ([SHALLOW, FREE], 1, 0.0),
-    ([SHALLOW, LESS_SHALLOW, FREE], 2, 0.0),
-    ([SHALLOW, LESS_SHALLOW], 1, 0.010),
-    ([LESS_SHALLOW, SHALLOW], 0, 0.010),
-    ([SHALLOW, SHALLOW], 0, 0.017),
-    ([BLOCKED, SHALLOW], 1, 0.017),
-    ([BARE, FREE], 0, 0.0),
-    ([SHALLOW, BARE], 1, 0.0),
-])
+@pytest.mark.parametrize(
+    ("grasps", "rank", "shortfall"),
+    [
+        ([FREE, SHALLOW], 0, 0.0),
+        ([SHALLOW, FREE], 1, 0.0),
+        ([SHALLOW, LESS_SHALLOW, FREE], 2, 0.0),
+        ([SHALLOW, LESS_SHALLOW], 1, 0.010),
+        ([LESS_SHALLOW, SHALLOW], 0, 0.010),
+        ([SHALLOW, SHALLOW], 0, 0.017),
+        ([BLOCKED, SHALLOW], 1, 0.017),
+        ([BARE, FREE], 0, 0.0),
+        ([SHALLOW, BARE], 1, 0.0),
+    ],
+)
 def test_the_best_deep_grasp_or_else_the_least_shallow(
-        planner: Planner, grasps: list[Grasp], rank: int, shortfall: float) -> None:
+    planner: Planner, grasps: list[Grasp], rank: int, shortfall: float
+) -> None:
     chosen, plan, outcome, why = choose_grasp(planner, SCENE, grasps)
     assert plan is not None
     assert (chosen, plan.grasp, outcome, why) == (rank, grasps[rank], Outcome.SUCCESS, "")

@@ -14,10 +14,31 @@ VISUAL = np.array([0, 0, 1, 0, 0, 0], np.uint8)
 HULLS = np.array([0, 0, 0, 1, 0, 0], np.uint8)
 FAR = 1000.0
 
-HOLLOW = ("coffee_mug", "latte_mug", "enamel_camping_mug", "faceted_tumbler", "wine_glass", "beer_mug",
-          "cereal_bowl", "mixing_bowl", "saucepan")
-LOOPED = ("coffee_mug", "beer_mug", "padlock", "carabiner", "office_scissors", "blunt_kids_scissors",
-          "star_cookie_cutter", "heart_cookie_cutter", "hand_saw", "c_clamp", "iced_donut", "toilet_roll")
+HOLLOW = (
+    "coffee_mug",
+    "latte_mug",
+    "enamel_camping_mug",
+    "faceted_tumbler",
+    "wine_glass",
+    "beer_mug",
+    "cereal_bowl",
+    "mixing_bowl",
+    "saucepan",
+)
+LOOPED = (
+    "coffee_mug",
+    "beer_mug",
+    "padlock",
+    "carabiner",
+    "office_scissors",
+    "blunt_kids_scissors",
+    "star_cookie_cutter",
+    "heart_cookie_cutter",
+    "hand_saw",
+    "c_clamp",
+    "iced_donut",
+    "toilet_roll",
+)
 
 
 @pytest.fixture(scope="module")
@@ -39,8 +60,13 @@ def still_life(model: ObjectModel) -> tuple[mujoco.MjModel, mujoco.MjData]:
     return compiled, data
 
 
-def depths(scene: tuple[mujoco.MjModel, mujoco.MjData], axis: int, group: np.ndarray, half: float,
-           step: float = 0.002) -> np.ndarray:
+def depths(
+    scene: tuple[mujoco.MjModel, mujoco.MjData],
+    axis: int,
+    group: np.ndarray,
+    half: float,
+    step: float = 0.002,
+) -> np.ndarray:
     """Distances along ``axis`` from a far plane, on a grid of parallel rays; inf where nothing is hit."""
     ticks = np.arange(-half, half, step)
     grid = np.zeros((len(ticks) ** 2, 3))

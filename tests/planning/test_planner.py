@@ -55,8 +55,9 @@ def grasp_at(x: float, y: float, height: float, yaw: float, opening: float) -> G
     return Grasp(u, v, math.atan2(-dy, dx), math.hypot(dx, dy))
 
 
-@pytest.mark.parametrize(("x", "y", "yaw"), [
-    (0.5, 0.0, 0.0), (0.45, 0.06, 0.6), (0.56, -0.05, -1.2), (0.5, 0.1, 1.5)])
+@pytest.mark.parametrize(
+    ("x", "y", "yaw"), [(0.5, 0.0, 0.0), (0.45, 0.06, 0.6), (0.56, -0.05, -1.2), (0.5, 0.1, 1.5)]
+)
 def test_position_yaw_and_opening_come_back_from_the_image(x: float, y: float, yaw: float) -> None:
     scene = look(ground((x, y, 0.05, 0.05, 0.06)))
     pose, top = grasp_pose(scene, grasp_at(x, y, 0.06, yaw, 0.08), MOTION)
@@ -126,11 +127,15 @@ def test_a_grasp_within_a_flat_top_is_blocked() -> None:
         grasp_pose(look(ground((0.5, 0, 0.12, 0.12, 0.06))), grasp_at(0.5, 0, 0.06, 0, 0.06), MOTION)
 
 
-@pytest.mark.parametrize(("away", "yaw", "tip"), [
-    (0.075, 0.0, 0.062),  # the tower's near side is 55 mm from the middle: under the hand, 66 mm long
-    (0.095, 0.0, 0.032),  # 75 mm: beside it
-    (0.075, math.pi / 2, 0.032),  # the hand is only 25 mm wide across
-    (0.045, math.pi / 2, 0.062)])
+@pytest.mark.parametrize(
+    ("away", "yaw", "tip"),
+    [
+        (0.075, 0.0, 0.062),  # the tower's near side is 55 mm from the middle: under the hand, 66 mm long
+        (0.095, 0.0, 0.032),  # 75 mm: beside it
+        (0.075, math.pi / 2, 0.032),  # the hand is only 25 mm wide across
+        (0.045, math.pi / 2, 0.062),
+    ],
+)
 def test_the_hand_stays_above_what_stands_beside_the_grasp(away: float, yaw: float, tip: float) -> None:
     scene = look(ground((0.5, 0, 0.03, 0.03, 0.07), (0.5 + away, 0, 0.04, 0.04, 0.125)))
     motion = MOTION.model_copy(update={"insertion": 0.038})
@@ -181,8 +186,9 @@ def test_absurd_widths_are_planned_or_blocked(width: float) -> None:
 
 
 def test_a_pixel_above_the_horizon_is_blocked() -> None:
-    camera = CAMERA.model_copy(update={"position": (0.0, 0.0, 0.5), "target": (1.0, 0.0, 0.5),
-                                       "image_up": (0.0, 0.0, 1.0)})
+    camera = CAMERA.model_copy(
+        update={"position": (0.0, 0.0, 0.5), "target": (1.0, 0.0, 0.5), "image_up": (0.0, 0.0, 1.0)}
+    )
     rgb, depth = np.zeros((480, 640, 3), np.uint8), np.full((480, 640), 1.0, np.float32)
     with pytest.raises(Blocked, match="does not meet the table"):
         SeenScene(RgbdImage(rgb, depth, K), camera.pose).on_plane(np.array([320.0, 100.0]), 0.0)
@@ -212,6 +218,7 @@ def test_single_wild_pixels_are_not_the_highest_thing() -> None:
 
 # ---------------------------------------------------------------- the motion
 
+
 @pytest.fixture(scope="module")
 def scene() -> SeenScene:
     return look(ground((0.52, 0.03, 0.05, 0.05, 0.06), (0.4, -0.15, 0.04, 0.04, 0.18)))
@@ -225,8 +232,9 @@ def test_a_plan_leads_from_home_over_the_grasp_to_the_hold(planner: Planner, sce
     motion = planner.scenario.motion
     forward = planner.ik.forward
     assert np.abs(plan.reach.positions[0] - HOME).max() < 0.01
-    above, at, lifted, carried = (forward(t.end).position
-                                  for t in (plan.reach, plan.approach, plan.lift, plan.carry))
+    above, at, lifted, carried = (
+        forward(t.end).position for t in (plan.reach, plan.approach, plan.lift, plan.carry)
+    )
     np.testing.assert_allclose(at, plan.pose.position, atol=2e-4)
     np.testing.assert_allclose(above[:2], at[:2], atol=2e-4)
     np.testing.assert_allclose(lifted - at, [0, 0, motion.lift_height], atol=3e-4)

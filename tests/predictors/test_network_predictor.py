@@ -40,7 +40,7 @@ def image(height: int = 480, width: int = 640, holes: float = 0.05) -> RgbdImage
     """A table with a box on it, as a noisy sensor sees it."""
     rng = np.random.default_rng(3)
     depth = rng.normal(0.7, 1e-3, (height, width)).astype(np.float32)
-    rows, columns = np.s_[height // 2 - 20:height // 2 + 20], np.s_[width // 2 - 10:width // 2 + 10]
+    rows, columns = np.s_[height // 2 - 20 : height // 2 + 20], np.s_[width // 2 - 10 : width // 2 + 10]
     depth[rows, columns] = 0.64
     depth[rng.random(depth.shape) < holes] = 0
     rgb = rng.integers(90, 110, (height, width, 3), dtype=np.uint8)
@@ -50,9 +50,19 @@ def image(height: int = 480, width: int = 640, holes: float = 0.05) -> RgbdImage
 
 # --- predictor ----------------------------------------------------------------------------
 
+
 @pytest.mark.parametrize("name", ["htc-grasp", "gg-cnn"])
-@pytest.mark.parametrize(("size", "holes"), [((480, 640), 0.05), ((480, 640), 0.6), ((480, 640), 1.0),
-                                             ((150, 700), 0.05), ((100, 90), 0.05), ((225, 224), 0.0)])
+@pytest.mark.parametrize(
+    ("size", "holes"),
+    [
+        ((480, 640), 0.05),
+        ((480, 640), 0.6),
+        ((480, 640), 1.0),
+        ((150, 700), 0.05),
+        ((100, 90), 0.05),
+        ((225, 224), 0.0),
+    ],
+)
 def test_grasps_lie_in_the_whole_image(name: str, size: tuple[int, int], holes: float, weights) -> None:
     predictor = NetworkPredictor(name, weights[name], peaks=4)
     grasps = predictor.predict(image(*size, holes=holes))
@@ -107,6 +117,7 @@ def test_unknown_network() -> None:
 
 # --- weights ------------------------------------------------------------------------------
 
+
 def test_weights_come_back_rounded_to_half_precision(weights) -> None:
     torch.manual_seed(0)
     fresh = build("gg-cnn").state_dict()
@@ -149,10 +160,14 @@ def test_weights_of_another_network(weights, tmp_path: Path) -> None:
         load("gg-cnn", path)
 
 
-@pytest.mark.parametrize(("spoil", "message"), [
-    (lambda t: {**t, "head.bias": torch.zeros(5).half()}, r"head\.bias has shape \(5,\), not \(4,\)"),
-    (lambda t: {k: v for k, v in t.items() if k != "head.bias"}, "1 tensors missing or unknown"),
-    (lambda t: {**t, "head.bias": torch.full((4,), float("nan"))}, "not finite")])
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (lambda t: {**t, "head.bias": torch.zeros(5).half()}, r"head\.bias has shape \(5,\), not \(4,\)"),
+        (lambda t: {k: v for k, v in t.items() if k != "head.bias"}, "1 tensors missing or unknown"),
+        (lambda t: {**t, "head.bias": torch.full((4,), float("nan"))}, "not finite"),
+    ],
+)
 def test_wrong_tensors(spoil, message: str, weights, tmp_path: Path) -> None:
     path = tmp_path / "gg-cnn.safetensors"
     save_file(spoil(load_file(weights["gg-cnn"])), path)
@@ -187,6 +202,7 @@ def test_diverged_weights_are_not_stored(tmp_path: Path) -> None:
 
 # --- hostile weights ----------------------------------------------------------------------
 
+
 def raw(header: bytes | dict, data: bytes = b"", length: int | None = None) -> bytes:
     """A safetensors file that says whatever it is told to."""
     text = header if isinstance(header, bytes) else json.dumps(header).encode()
@@ -197,19 +213,31 @@ def entry(shape: list[int], start: int, end: int, kind: str = "F32") -> dict:
     return {"dtype": kind, "shape": shape, "data_offsets": [start, end]}
 
 
-@pytest.mark.parametrize("content", [
-    b"", b"\x80\x02cos\nsystem\n(S'true'\ntR.", b"PK\x03\x04" + bytes(100),
-    raw({}, length=2**63), raw({}, length=10**8), raw({}, length=3), raw(b"{" * 100), raw(b"[]"),
-    raw(b'{"a": 1}'), raw(b"\xff\xfe{}"),
-    raw({"head.bias": entry([4], 0, 16)}), raw({"head.bias": entry([10**12], 0, 16)}, bytes(16)),
-    raw({"head.bias": entry([4], 16, 0)}, bytes(16)), raw({"head.bias": entry([4], -16, 0)}, bytes(16)),
-    raw({"a": entry([4], 0, 16), "b": entry([4], 8, 24)}, bytes(24)),
-    raw({"head.bias": entry([4], 0, 16, "PYOBJ")}, bytes(16)),
-    raw({"__metadata__": {"grasp_bench": "{"}, "head.bias": entry([4], 0, 16)}, bytes(16)),
-    raw({"__metadata__": {"grasp_bench": "[1]"}, "head.bias": entry([4], 0, 16)}, bytes(16)),
-    raw({"__metadata__": {"grasp_bench": "[" * 100_000}, "head.bias": entry([4], 0, 16)}, bytes(16)),
-    raw({"__metadata__": {"grasp_bench": 7}, "head.bias": entry([4], 0, 16)}, bytes(16)),
-])
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"\x80\x02cos\nsystem\n(S'true'\ntR.",
+        b"PK\x03\x04" + bytes(100),
+        raw({}, length=2**63),
+        raw({}, length=10**8),
+        raw({}, length=3),
+        raw(b"{" * 100),
+        raw(b"[]"),
+        raw(b'{"a": 1}'),
+        raw(b"\xff\xfe{}"),
+        raw({"head.bias": entry([4], 0, 16)}),
+        raw({"head.bias": entry([10**12], 0, 16)}, bytes(16)),
+        raw({"head.bias": entry([4], 16, 0)}, bytes(16)),
+        raw({"head.bias": entry([4], -16, 0)}, bytes(16)),
+        raw({"a": entry([4], 0, 16), "b": entry([4], 8, 24)}, bytes(24)),
+        raw({"head.bias": entry([4], 0, 16, "PYOBJ")}, bytes(16)),
+        raw({"__metadata__": {"grasp_bench": "{"}, "head.bias": entry([4], 0, 16)}, bytes(16)),
+        raw({"__metadata__": {"grasp_bench": "[1]"}, "head.bias": entry([4], 0, 16)}, bytes(16)),
+        raw({"__metadata__": {"grasp_bench": "[" * 100_000}, "head.bias": entry([4], 0, 16)}, bytes(16)),
+        raw({"__metadata__": {"grasp_bench": 7}, "head.bias": entry([4], 0, 16)}, bytes(16)),
+    ],
+)
 def test_hostile_weights_are_refused_with_their_name(content: bytes, tmp_path: Path) -> None:
     path = tmp_path / "gg-cnn.safetensors"
     path.write_bytes(content)
@@ -217,11 +245,18 @@ def test_hostile_weights_are_refused_with_their_name(content: bytes, tmp_path: P
         load("gg-cnn", path)
 
 
-@pytest.mark.parametrize(("value", "message"), [
-    (torch.full((4,), float("inf")), "not finite"), (torch.ones(4, dtype=torch.int64), "holds int64"),
-    (torch.ones(4, dtype=torch.bool), "holds bool"), (torch.ones(4, dtype=torch.uint8), "holds uint8")])
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        (torch.full((4,), float("inf")), "not finite"),
+        (torch.ones(4, dtype=torch.int64), "holds int64"),
+        (torch.ones(4, dtype=torch.bool), "holds bool"),
+        (torch.ones(4, dtype=torch.uint8), "holds uint8"),
+    ],
+)
 def test_weights_of_the_wrong_kind_of_number(
-        value: torch.Tensor, message: str, weights, tmp_path: Path) -> None:
+    value: torch.Tensor, message: str, weights, tmp_path: Path
+) -> None:
     path = tmp_path / "gg-cnn.safetensors"
     save_file(load_file(weights["gg-cnn"]) | {"head.bias": value}, path)
     with pytest.raises(AssetError, match=message):
@@ -243,14 +278,17 @@ def test_a_folder_is_no_weights(tmp_path: Path) -> None:
 
 
 def test_a_run_checks_shipped_weights_without_loading_the_network() -> None:
-    code = ("import sys; from grasp_bench.predictors.identity import identify; "
-            "print(identify('htc-grasp'), 'torch' in sys.modules)")
+    code = (
+        "import sys; from grasp_bench.predictors.identity import identify; "
+        "print(identify('htc-grasp'), 'torch' in sys.modules)"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["None", "False"]
 
 
-def test_a_run_does_not_begin_with_altered_or_missing_weights(tmp_path: Path,
-                                                              monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_does_not_begin_with_altered_or_missing_weights(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     folder = tmp_path / "weights"
     folder.mkdir()
     monkeypatch.setattr("grasp_bench.system.integrity.assets_dir", lambda: tmp_path)
@@ -267,8 +305,9 @@ def test_no_tensor_of_a_network_is_named_like_the_scales_of_another() -> None:
         assert not [key for key in build(name).state_dict() if key.endswith(SCALE)]
 
 
-def test_weights_too_large_for_a_file_are_stored_in_eight_bits(weights, tmp_path: Path,
-                                                              monkeypatch: pytest.MonkeyPatch) -> None:
+def test_weights_too_large_for_a_file_are_stored_in_eight_bits(
+    weights, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     network, _ = load("htc-grasp", weights["htc-grasp"])
     path = tmp_path / "htc-grasp.safetensors"
     save(network, path, {"network": "htc-grasp"})
@@ -285,10 +324,14 @@ def test_weights_too_large_for_a_file_are_stored_in_eight_bits(weights, tmp_path
             assert torch.equal(value, other), key
 
 
-@pytest.mark.parametrize("spoil", [
-    lambda t, key: {**t, key + SCALE: torch.ones(3)},
-    lambda t, key: {**t, "nowhere" + SCALE: torch.ones(3)},
-    lambda t, key: {**t, key: t[key].float()}])
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda t, key: {**t, key + SCALE: torch.ones(3)},
+        lambda t, key: {**t, "nowhere" + SCALE: torch.ones(3)},
+        lambda t, key: {**t, key: t[key].float()},
+    ],
+)
 def test_scales_that_fit_no_matrix(spoil, weights, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     network, _ = load("htc-grasp", weights["htc-grasp"])
     path = tmp_path / "htc-grasp.safetensors"

@@ -55,8 +55,9 @@ def write(folder: Path, package: str = "", helpers: str = "def grasps(): return 
     (folder / "helpers.py").write_text(helpers)
 
 
-def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *words: str,
-            ) -> tuple[Any, str, str]:
+def command(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *words: str
+) -> tuple[Any, str, str]:
     monkeypatch.setattr("sys.argv", ["grasp-bench", *words])
     monkeypatch.setenv("COLUMNS", "200")
     with pytest.raises(SystemExit) as caught:
@@ -67,8 +68,10 @@ def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
 
 # ---------------------------------------------------------------- packages
 
+
 def test_a_packages_predictor_is_listed_suggested_and_loaded_by_its_name(
-        site: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    site: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     write(site)
     install(site, "my-grasps", "mine = mine:Mine")
     assert list(installed()) == ["mine"]
@@ -82,7 +85,8 @@ def test_a_packages_predictor_is_listed_suggested_and_loaded_by_its_name(
 
 
 def test_a_shipped_name_means_the_shipped_predictor_and_the_listing_says_so(
-        site: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    site: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     write(site)
     install(site, "sly", "centroid = mine:Mine")
     assert type(load_predictor("centroid")).__module__ == "grasp_bench.predictors.controls"
@@ -106,13 +110,15 @@ def test_a_package_that_cannot_be_imported_harms_the_one_who_uses_it(site: Path)
 
 # ---------------------------------------------------------------- what identifies a predictor
 
+
 def test_shipped_predictors_are_identified_by_version_and_weights_alone() -> None:
     assert identify("random") is None
     assert identify("centroid") is None
 
 
 def test_a_module_is_identified_by_its_file_and_its_neighbours(
-        site: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    site: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     write(site)
     before = identify("mine:Mine")
     assert before is not None
@@ -128,7 +134,8 @@ def test_a_module_is_identified_by_its_file_and_its_neighbours(
 
 
 def test_a_neighbour_that_vanishes_does_not_count_but_the_predictors_own_file_must_be_there(
-        site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    site: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     write(site)
 
     def vanishing(name: str) -> Callable[[Path], str]:
@@ -136,6 +143,7 @@ def test_a_neighbour_that_vanishes_does_not_count_but_the_predictors_own_file_mu
             if path.name == name:  # between being found and being read
                 path.unlink()
             return sha256(path)
+
         return read
 
     monkeypatch.setattr(identity, "sha256", vanishing("helpers.py"))
@@ -164,20 +172,27 @@ def test_an_installed_package_is_identified_by_its_version_too(site: Path) -> No
     assert facts["distribution"] == "my-grasps 2.3"
 
 
-@pytest.mark.parametrize(("body", "reason"), [
-    ("1 / 0", "ZeroDivisionError: division"), ("return {'a': float('nan')}", "ValueError: Out of range"),
-    ("return {'a': {1, 2}}", "TypeError: Object of type set"),
-    ("return self", "TypeError: Object of type Mine"),
-    ("exit()", "SystemExit")])
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        ("1 / 0", "ZeroDivisionError: division"),
+        ("return {'a': float('nan')}", "ValueError: Out of range"),
+        ("return {'a': {1, 2}}", "TypeError: Object of type set"),
+        ("return self", "TypeError: Object of type Mine"),
+        ("exit()", "SystemExit"),
+    ],
+)
 def test_an_info_that_fails_is_refused(site: Path, body: str, reason: str) -> None:
-    (site / "mine.py").write_text("class Mine:\n    def predict(self, image): pass\n"
-                                  f"    def info(self): {body}\n")
+    (site / "mine.py").write_text(
+        f"class Mine:\n    def predict(self, image): pass\n    def info(self): {body}\n"
+    )
     with pytest.raises(PredictorError, match=f"info.. of mine:Mine failed or is not JSON: {reason}"):
         identify("mine:Mine")
 
 
 def test_a_run_is_not_resumed_with_a_changed_predictor(
-        site: Path, scenario, toy_catalog: Path, tmp_path: Path) -> None:
+    site: Path, scenario, toy_catalog: Path, tmp_path: Path
+) -> None:
     write(site)
     settings = Settings(scenario, toy_catalog, "mine:Mine", 0, "raycast")
     out = tmp_path / "out"
@@ -192,12 +207,17 @@ def test_a_run_is_not_resumed_with_a_changed_predictor(
 
 # ---------------------------------------------------------------- the check as a command
 
+
 def test_check_prints_a_table_and_exits_with_one_for_a_break(
-        site: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    site: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     from grasp_bench.doctor import conformance
 
-    monkeypatch.setattr(conformance, "rendered_scene", lambda: conformance.Sample(
-        "small", conformance.plain_samples()[0].image))
+    monkeypatch.setattr(
+        conformance,
+        "rendered_scene",
+        lambda: conformance.Sample("small", conformance.plain_samples()[0].image),
+    )
     write(site, helpers="def grasps(): return [(1, 2)]")
     code, out, _ = command(monkeypatch, capsys, "predictors", "check", "mine:Mine")
     assert code == 1

@@ -58,6 +58,7 @@ def served(name: str) -> Iterator[str]:
 
 # ---------------------------------------------------------------- the same as local
 
+
 @pytest.fixture(scope="module")
 def addresses() -> Iterator[dict[str, str]]:
     with served("random") as first, served("antipodal") as second:
@@ -70,7 +71,8 @@ def trials(folder: Path) -> bytes:
 
 @pytest.mark.parametrize("name", ["random", "antipodal"])
 def test_a_served_predictor_writes_the_records_of_a_local_one_to_the_byte(
-        name: str, addresses: dict[str, str], scenario, toy_catalog: Path, tmp_path: Path) -> None:
+    name: str, addresses: dict[str, str], scenario, toy_catalog: Path, tmp_path: Path
+) -> None:
     jobs = spread(["bar", "block", "pot"], 3)
     local = Settings(scenario, toy_catalog, name, 5, "raycast")
     run(local, jobs, tmp_path / "local", 1)
@@ -117,6 +119,7 @@ def test_it_works_inside_a_running_event_loop(addresses: dict[str, str]) -> None
 
 # ---------------------------------------------------------------- hostile servers
 
+
 class Hostile(BaseHTTPRequestHandler):
     """Answers as the class attribute says."""
 
@@ -152,6 +155,7 @@ def reply(status: int = 200, body: bytes = b"", **headers: str) -> Callable[[Any
             handler.send_header(key.replace("_", "-"), value)
         handler.end_headers()
         handler.wfile.write(body)
+
     return play
 
 
@@ -189,33 +193,36 @@ def hang_up(handler: Any) -> None:
     handler.connection.shutdown(socket.SHUT_RDWR)
 
 
-@pytest.mark.parametrize(("play", "reason"), [
-    (reply(body=b"<html>"), "not JSON"),
-    (reply(body=b""), "not JSON"),
-    (reply(body=grasps(x=float("nan"))), "NaN is not a number"),
-    (reply(body=grasps(x=1e400)), "Infinity is not a number"),
-    (reply(body=grasps(x=64.5)), r"outside the 64×48 image"),
-    (reply(body=grasps(y=-1)), "outside the"),
-    (reply(body=grasps(width=0)), "must be positive"),
-    (reply(body=grasps(angle="up")), "angle must be a number"),
-    (reply(body=b'{"grasps": [[1, 2, 3, 4]]}'), "must have x, y, angle"),
-    (reply(body=json.dumps({"grasps": [GRASP] * 1001}).encode()), "1001 grasps are too many"),
-    (reply(302, Location="http://example.com/"), "redirects to http://example.com/"),
-    (reply(307, Location="file:///etc/passwd"), "redirects to file:///etc/passwd"),
-    (reply(body=b"\x1f\x8b" + bytes(100), Content_Encoding="gzip"), "answered compressed"),
-    (reply(404, b"nothing here"), "status 404"),
-    (reply(500, b'{"error": "out of memory"}'), "^out of memory$"),
-    (reply(500, b'{"error": "' + b"x" * 99_999 + b'"}'), "^x{1000}$"),
-    (reply(500, b'{"error": {"is": "odd"}}'), "status 500"),
-    (reply(204), "status 204"),
-    (reply(200, b"{}", Content_Length="50"), "broke off"),
-    (lambda h: h.wfile.write(b"SSH-2.0-OpenSSH_9.2\r\n"), "broke off"),
-    (flood, "more than 1048576 bytes"),
-    (hang_up, "broke off"),
-    (drip, "no answer within 0.7 s"),
-    (drip_headers, "no answer within 0.7 s"),
-    (lambda h: time.sleep(5), "no answer within 0.7 s"),
-])
+@pytest.mark.parametrize(
+    ("play", "reason"),
+    [
+        (reply(body=b"<html>"), "not JSON"),
+        (reply(body=b""), "not JSON"),
+        (reply(body=grasps(x=float("nan"))), "NaN is not a number"),
+        (reply(body=grasps(x=1e400)), "Infinity is not a number"),
+        (reply(body=grasps(x=64.5)), r"outside the 64×48 image"),
+        (reply(body=grasps(y=-1)), "outside the"),
+        (reply(body=grasps(width=0)), "must be positive"),
+        (reply(body=grasps(angle="up")), "angle must be a number"),
+        (reply(body=b'{"grasps": [[1, 2, 3, 4]]}'), "must have x, y, angle"),
+        (reply(body=json.dumps({"grasps": [GRASP] * 1001}).encode()), "1001 grasps are too many"),
+        (reply(302, Location="http://example.com/"), "redirects to http://example.com/"),
+        (reply(307, Location="file:///etc/passwd"), "redirects to file:///etc/passwd"),
+        (reply(body=b"\x1f\x8b" + bytes(100), Content_Encoding="gzip"), "answered compressed"),
+        (reply(404, b"nothing here"), "status 404"),
+        (reply(500, b'{"error": "out of memory"}'), "^out of memory$"),
+        (reply(500, b'{"error": "' + b"x" * 99_999 + b'"}'), "^x{1000}$"),
+        (reply(500, b'{"error": {"is": "odd"}}'), "status 500"),
+        (reply(204), "status 204"),
+        (reply(200, b"{}", Content_Length="50"), "broke off"),
+        (lambda h: h.wfile.write(b"SSH-2.0-OpenSSH_9.2\r\n"), "broke off"),
+        (flood, "more than 1048576 bytes"),
+        (hang_up, "broke off"),
+        (drip, "no answer within 0.7 s"),
+        (drip_headers, "no answer within 0.7 s"),
+        (lambda h: time.sleep(5), "no answer within 0.7 s"),
+    ],
+)
 def test_a_hostile_answer_is_refused_with_a_reason(play: Callable[[Any], None], reason: str) -> None:
     slow = "no answer" in reason
     with hostile(play) as address:
@@ -226,7 +233,8 @@ def test_a_hostile_answer_is_refused_with_a_reason(play: Callable[[Any], None], 
 
 
 def test_a_hostile_answer_ends_its_trial_as_an_error_with_the_reason(
-        scenario, toy_catalog: Path, tmp_path: Path) -> None:
+    scenario, toy_catalog: Path, tmp_path: Path
+) -> None:
     def play(handler: Any) -> None:
         reply(body=b'{"protocol": 1}' if handler.path == "/info" else grasps(x=-40.0))(handler)
 
@@ -238,19 +246,33 @@ def test_a_hostile_answer_ends_its_trial_as_an_error_with_the_reason(
     assert "grasp 0 at (-40.0, 3.0) px is outside" in record["detail"]
 
 
-@pytest.mark.parametrize(("body", "reason"), [
-    (b"{}", "protocol None, not 1"), (b'{"protocol": 99}', "protocol 99, not 1"), (b"[1]", "a JSON object"),
-    (b'{"protocol": 1, "x": "' + b"y" * 70_000 + b'"}', "more than 65536 bytes"), (b"\x00", "not JSON")])
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        (b"{}", "protocol None, not 1"),
+        (b'{"protocol": 99}', "protocol 99, not 1"),
+        (b"[1]", "a JSON object"),
+        (b'{"protocol": 1, "x": "' + b"y" * 70_000 + b'"}', "more than 65536 bytes"),
+        (b"\x00", "not JSON"),
+    ],
+)
 def test_a_server_of_something_else_is_recognised(body: bytes, reason: str) -> None:
     with hostile(reply(body=body)) as address, pytest.raises(PredictorError, match=reason):
         RemotePredictor(address).info()
 
 
-@pytest.mark.parametrize(("address", "reason"), [
-    ("http://", "not the address of a server"), ("http://127.0.0.1:0", "not the address of a server"),
-    ("http://127.0.0.1:99999", "not the address"), ("http://[::1", "not an address"),
-    ("http://127.0.0.1:80/?q=1", "not the address of a server"), ("http://a b:80", "not the address"),
-    ("http://me:secret@127.0.0.1:80", "Leave name and password out")])
+@pytest.mark.parametrize(
+    ("address", "reason"),
+    [
+        ("http://", "not the address of a server"),
+        ("http://127.0.0.1:0", "not the address of a server"),
+        ("http://127.0.0.1:99999", "not the address"),
+        ("http://[::1", "not an address"),
+        ("http://127.0.0.1:80/?q=1", "not the address of a server"),
+        ("http://a b:80", "not the address"),
+        ("http://me:secret@127.0.0.1:80", "Leave name and password out"),
+    ],
+)
 def test_an_impossible_address_is_refused(address: str, reason: str) -> None:
     with pytest.raises(PredictorError, match=reason) as caught:
         load_predictor(address)
@@ -268,8 +290,9 @@ def test_nobody_listening_is_said_and_a_server_that_comes_back_is_waited_for() -
 
     def come_back() -> None:
         time.sleep(0.3)
-        with ThreadingHTTPServer(("127.0.0.1", port), type(
-                "Play", (Hostile,), {"play": staticmethod(reply(body=grasps()))})) as server:
+        with ThreadingHTTPServer(
+            ("127.0.0.1", port), type("Play", (Hostile,), {"play": staticmethod(reply(body=grasps()))})
+        ) as server:
             server.handle_request()
 
     thread = threading.Thread(target=come_back)
@@ -279,7 +302,8 @@ def test_nobody_listening_is_said_and_a_server_that_comes_back_is_waited_for() -
 
 
 def test_environment_proxies_do_not_see_a_loopback_request(
-        addresses: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> None:
+    addresses: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     for name in ("HTTP_PROXY", "http_proxy", "ALL_PROXY"):
         monkeypatch.setenv(name, "http://127.0.0.1:9")
     assert RemotePredictor(addresses["random"]).info()["protocol"] == 1
@@ -350,8 +374,10 @@ def test_a_command_is_started_asked_and_stopped(command, tmp_path: Path) -> None
     assert all(map(gone, pids(tmp_path)))
 
 
-@pytest.mark.parametrize(("mode", "reason"), [
-    ("dies", r"process died \(exit code 9\); it printed: loading"), ("hangs", "no answer within 2 s")])
+@pytest.mark.parametrize(
+    ("mode", "reason"),
+    [("dies", r"process died \(exit code 9\); it printed: loading"), ("hangs", "no answer within 2 s")],
+)
 def test_a_server_that_dies_or_hangs_costs_one_trial(mode: str, reason: str, command, tmp_path: Path) -> None:
     predictor = CommandPredictor(command(mode), seconds=2)
     with pytest.raises(PredictorError, match=reason):
@@ -380,10 +406,15 @@ def test_what_a_server_prints_does_not_fill_the_disk(command) -> None:
     predictor.close()
 
 
-@pytest.mark.parametrize(("text", "reason"), [
-    ("", "no place for the port"), ("python server.py", r"no place for the port: write \{port\}"),
-    ("python 'server.py {port}", "cannot be split"),
-    ("no-such-program {port}", "'no-such-program'.*not found")])
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("", "no place for the port"),
+        ("python server.py", r"no place for the port: write \{port\}"),
+        ("python 'server.py {port}", "cannot be split"),
+        ("no-such-program {port}", "'no-such-program'.*not found"),
+    ],
+)
 def test_an_impossible_command_is_refused(text: str, reason: str) -> None:
     with pytest.raises(PredictorError, match=reason):
         load_predictor("cmd:" + text)
@@ -398,8 +429,10 @@ def test_a_command_is_not_given_to_a_shell(command, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
 def test_the_server_ends_with_its_worker_however_that_dies(number: int, command, tmp_path: Path) -> None:
-    code = ("import time\nfrom grasp_bench.predictors import load_predictor\n"
-            f"load_predictor({'cmd: ' + command('fine')!r})\nprint('ready', flush=True)\ntime.sleep(600)")
+    code = (
+        "import time\nfrom grasp_bench.predictors import load_predictor\n"
+        f"load_predictor({'cmd: ' + command('fine')!r})\nprint('ready', flush=True)\ntime.sleep(600)"
+    )
     worker = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
     assert worker.stdout is not None
     assert worker.stdout.readline() == b"ready\n"
@@ -412,7 +445,8 @@ def test_the_server_ends_with_its_worker_however_that_dies(number: int, command,
 
 
 def test_a_run_by_a_command_starts_one_server_a_worker_and_leaves_none(
-        command, scenario, toy_catalog: Path, tmp_path: Path) -> None:
+    command, scenario, toy_catalog: Path, tmp_path: Path
+) -> None:
     settings = Settings(scenario, toy_catalog, "cmd:" + command("fine"), 0, "raycast")
     run(settings, spread(["bar", "block"], 2), tmp_path / "out", 2)
     outcomes = [json.loads(line)["outcome"] for line in trials(tmp_path / "out").splitlines()]

@@ -45,11 +45,13 @@ class Drawn:
 
 def asked(app: Any, *requests: tuple[str, str, Any]) -> list[httpx.Response]:
     """Answers to requests that are made at the same time."""
+
     async def ask() -> list[httpx.Response]:
         transport = httpx.ASGITransport(app=app, raise_app_exceptions=True)
         async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1") as client:
             calls: list[Awaitable[httpx.Response]] = [
-                client.request(method, path, content=body) for method, path, body in requests]
+                client.request(method, path, content=body) for method, path, body in requests
+            ]
             return list(await asyncio.gather(*calls))
 
     return asyncio.run(ask())
@@ -67,10 +69,12 @@ def test_an_image_is_answered_with_checked_grasps_of_the_trials_stream() -> None
 def test_requests_at_once_are_answered_one_after_the_other_each_with_its_own_stream() -> None:
     predictor = Drawn()
     seeds = [wire.seed_of(np.random.default_rng(i)) for i in range(12)]
-    answers = asked(make_app(predictor, {}),
-                    *[("POST", "/predict", wire.encode_request(IMAGE, s)) for s in seeds])
+    answers = asked(
+        make_app(predictor, {}), *[("POST", "/predict", wire.encode_request(IMAGE, s)) for s in seeds]
+    )
     assert [wire.decode_answer(a.content)[0].x - 1 for a in answers] == pytest.approx(
-        [np.random.default_rng(i).random() for i in range(12)], abs=1e-12)
+        [np.random.default_rng(i).random() for i in range(12)], abs=1e-12
+    )
     assert predictor.most == 1
 
 
@@ -84,6 +88,7 @@ def test_info_tells_protocol_software_and_weights() -> None:
 
 
 # ---------------------------------------------------------------- hostile requests
+
 
 @pytest.mark.parametrize("name", HOSTILE)
 def test_a_hostile_body_is_answered_with_400_and_a_reason(name: str) -> None:
@@ -124,14 +129,18 @@ def test_other_paths_and_methods_are_refused() -> None:
     assert [a.status_code for a in answers] == [405, 405, 404]
 
 
-@pytest.mark.parametrize(("answer", "reason"), [
-    (lambda image: 1 / 0, "the predictor raised ZeroDivisionError"),
-    (lambda image: [Grasp(-1, 0, 0, 1)], "outside the"),
-    (lambda image: "grasp it", "must return a list"),
-    (lambda image: sys.exit(3), "the predictor raised SystemExit: 3"),
-])
+@pytest.mark.parametrize(
+    ("answer", "reason"),
+    [
+        (lambda image: 1 / 0, "the predictor raised ZeroDivisionError"),
+        (lambda image: [Grasp(-1, 0, 0, 1)], "outside the"),
+        (lambda image: "grasp it", "must return a list"),
+        (lambda image: sys.exit(3), "the predictor raised SystemExit: 3"),
+    ],
+)
 def test_a_predictor_that_fails_is_answered_with_500_and_the_reason(
-        answer: Callable[[RgbdImage], Any], reason: str) -> None:
+    answer: Callable[[RgbdImage], Any], reason: str
+) -> None:
     class Failing(Drawn):
         def predict(self, image: RgbdImage) -> list[Grasp]:
             return answer(image)
@@ -142,6 +151,7 @@ def test_a_predictor_that_fails_is_answered_with_500_and_the_reason(
 
 
 # ---------------------------------------------------------------- the command
+
 
 @pytest.mark.parametrize("name", ["oracle", "displaced"])
 def test_privileged_controls_are_not_served(name: str) -> None:
@@ -160,7 +170,8 @@ def test_a_taken_port_is_refused() -> None:
 
 
 def test_serve_listens_to_this_machine_alone_unless_told_otherwise(
-        monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     heard = []
     monkeypatch.setattr(server, "serve", lambda app, listener: heard.append(listener.getsockname()[0]))
 
@@ -191,12 +202,12 @@ def test_a_server_says_where_it_is_and_ends_well_when_interrupted() -> None:
     assert "What was measured" not in rest
 
 
-def test_a_served_file_of_ones_own_is_identified(
-        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_served_file_of_ones_own_is_identified(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
     (tmp_path / "served_module.py").write_text(
-        "class Mine:\n    def predict(self, image): return []\n    def info(self): return {'epoch': 7}\n")
+        "class Mine:\n    def predict(self, image): return []\n    def info(self): return {'epoch': 7}\n"
+    )
     _, facts = servable("served_module:Mine")
     assert facts["info"] == {"epoch": 7}
     assert list(facts["files"]) == ["served_module.py"]

@@ -23,8 +23,9 @@ from grasp_bench.scenario.seeding import Purpose, stream
 
 K = Intrinsics(12, 9, 10.0, 11.0, 6.1, 4.4)
 RNG = np.random.default_rng(0)
-IMAGE = RgbdImage(RNG.integers(0, 255, (9, 12, 3), dtype=np.uint8),
-                  RNG.uniform(0.4, 0.6, (9, 12)).astype(np.float32), K)
+IMAGE = RgbdImage(
+    RNG.integers(0, 255, (9, 12, 3), dtype=np.uint8), RNG.uniform(0.4, 0.6, (9, 12)).astype(np.float32), K
+)
 SEED = wire.seed_of(np.random.default_rng(5))
 SOUND: dict[str, Any] = {"rgb": IMAGE.rgb, "depth": IMAGE.depth, "K": K.matrix, "seed": SEED}
 
@@ -39,8 +40,11 @@ def packed(**changed: Any) -> bytes:
 def archive(**members: bytes) -> bytes:
     """A request of raw members; the sound ones where none is given."""
     body = io.BytesIO()
-    with np.load(io.BytesIO(packed())), zipfile.ZipFile(io.BytesIO(packed())) as sound, \
-            zipfile.ZipFile(body, "w", zipfile.ZIP_DEFLATED) as file:
+    with (
+        np.load(io.BytesIO(packed())),
+        zipfile.ZipFile(io.BytesIO(packed())) as sound,
+        zipfile.ZipFile(body, "w", zipfile.ZIP_DEFLATED) as file,
+    ):
         for name in SOUND:
             file.writestr(f"{name}.npy", members.pop(name, sound.read(f"{name}.npy")))
         for name, raw in members.items():
@@ -56,14 +60,19 @@ def npy(descr: str, shape: str, data: bytes = b"") -> bytes:
 
 # ---------------------------------------------------------------- round trips
 
-@given(st.integers(1, 40), st.integers(1, 40), st.integers(0, 2**32), st.floats(0.1, 1e5),
-       st.floats(-1e4, 1e4))
+
+@given(
+    st.integers(1, 40), st.integers(1, 40), st.integers(0, 2**32), st.floats(0.1, 1e5), st.floats(-1e4, 1e4)
+)
 def test_an_image_survives_the_wire_to_the_bit(
-        width: int, height: int, seed: int, f: float, c: float) -> None:
+    width: int, height: int, seed: int, f: float, c: float
+) -> None:
     rng = np.random.default_rng(seed)
-    image = RgbdImage(rng.integers(0, 256, (height, width, 3), dtype=np.uint8),
-                      rng.uniform(0, 9, (height, width)).astype(np.float32),
-                      Intrinsics(width, height, f, f * 1.1, c, -c))
+    image = RgbdImage(
+        rng.integers(0, 256, (height, width, 3), dtype=np.uint8),
+        rng.uniform(0, 9, (height, width)).astype(np.float32),
+        Intrinsics(width, height, f, f * 1.1, c, -c),
+    )
     back, words = wire.decode_request(wire.encode_request(image, wire.seed_of(rng)))
     np.testing.assert_array_equal(back.rgb, image.rgb)
     np.testing.assert_array_equal(back.depth, image.depth)
@@ -108,11 +117,13 @@ def test_column_major_arrays_are_read_as_such() -> None:
 
 # ---------------------------------------------------------------- hostile requests
 
+
 class Trap:
     """Would write a file if anyone unpickled it."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         import os
+
         return os.system, ("touch /tmp/grasp-bench-was-here",)
 
 
@@ -141,17 +152,23 @@ HOSTILE: dict[str, tuple[bytes, str]] = {
     "a path out of the archive": (archive(**{"../../evil.npy": b""}), "must hold exactly"),
     "a pickled object": (packed(rgb=np.array([Trap()], dtype=object)), "must hold uint8, got object"),
     "a pickled object under another type": (
-        archive(depth=npy("'|O'", "(9, 12)", b"cos\nsystem\n(S'true'\ntR.")), "float32, got object"),
+        archive(depth=npy("'|O'", "(9, 12)", b"cos\nsystem\n(S'true'\ntR.")),
+        "float32, got object",
+    ),
     "a zip bomb": (bomb(), "take more than"),
     "a shape of terabytes": (archive(depth=npy("'<f4'", "(1000000, 1000000)")), "not what it holds"),
     "a negative shape": (
-        archive(depth=npy("'<f4'", "(-9, -12)", IMAGE.depth.tobytes())), "npz|not what it holds"),
+        archive(depth=npy("'<f4'", "(-9, -12)", IMAGE.depth.tobytes())),
+        "npz|not what it holds",
+    ),
     "a shape of a million axes": (archive(depth=npy("'<f4'", "(1," * 4000 + ")", b"1234")), "npz|not what"),
     "a header that is code": (archive(depth=npy("__import__('os').getpid()", "(9, 12)")), "npz"),
     "a header that nests": (archive(depth=npy("(" * 3000 + ")" * 3000, "(9, 12)")), "npz"),
     "a format from the future": (archive(depth=b"\x93NUMPY\x09\x00\x02\x00{}"), "version"),
     "data longer than the shape": (
-        archive(depth=npy("'<f4'", "(9, 12)", IMAGE.depth.tobytes() + b"....")), "not what it holds"),
+        archive(depth=npy("'<f4'", "(9, 12)", IMAGE.depth.tobytes() + b"....")),
+        "not what it holds",
+    ),
     "double precision": (packed(depth=IMAGE.depth.astype(float)), "must hold float32, got float64"),
     "the other byte order": (packed(depth=IMAGE.depth.astype(">f4")), "must hold float32, got >f4"),
     "colours as floats": (packed(rgb=IMAGE.rgb / 255), "must hold uint8"),
@@ -159,7 +176,9 @@ HOSTILE: dict[str, tuple[bytes, str]] = {
     "with alpha": (packed(rgb=np.zeros((9, 12, 4), np.uint8)), "rgb must be"),
     "sizes that differ": (packed(depth=IMAGE.depth[:5]), "rgb must be"),
     "no pixels": (
-        packed(depth=np.zeros((0, 0), np.float32), rgb=np.zeros((0, 0, 3), np.uint8)), "depth must have"),
+        packed(depth=np.zeros((0, 0), np.float32), rgb=np.zeros((0, 0, 3), np.uint8)),
+        "depth must have",
+    ),
     "depth in a row": (packed(depth=IMAGE.depth.ravel()), "depth must have"),
     "NaN depth": (packed(depth=np.full((9, 12), np.nan, np.float32)), "finite"),
     "negative depth": (packed(depth=-IMAGE.depth), "not negative"),
@@ -199,32 +218,36 @@ def test_any_damage_to_a_request_is_refused_or_harmless(data: st.DataObject) -> 
 
 # ---------------------------------------------------------------- hostile answers
 
+
 def answer(**fields: Any) -> bytes:
     return json.dumps({"grasps": [{"x": 3, "y": 3, "angle": 0, "width": 5, "quality": 1} | fields]}).encode()
 
 
-@pytest.mark.parametrize(("body", "reason"), [
-    (b"", "not JSON"),
-    (b"<html>It works!</html>", "not JSON"),
-    (b"\xff\xfe\x00{", "not JSON"),
-    (b"[" * 100_000, "not JSON"),
-    (b'{"grasps": [', "not JSON"),
-    (b'{"x": ' + b"9" * 5000 + b"}", "not JSON"),
-    (b"[]", "must be a JSON object, got list"),
-    (b"null", "must be a JSON object, got NoneType"),
-    (b"{}", r"got the keys \(none\)"),
-    (b'{"grasps": null}', "got the keys 'grasps'"),
-    (b'{"grasps": [], "more": 1}', "got the keys 'grasps', 'more'"),
-    (b'{"grasps": [[1, 2, 3, 4, 5]]}', r"grasp 0 of the answer must have x, y.*got \[1, 2"),
-    (b'{"grasps": [{"x": 1, "y": 1, "angle": 0}]}', "must have x, y, angle, width"),
-    (answer(qualty=0.5), "must have x, y, angle, width"),
-    (answer(x="3"), "x must be a number, got '3'"),
-    (answer(width=None), "width must be a number, got None"),
-    (answer(angle=True), "angle must be a number, got True"),
-    (answer(y=[3]), "y must be a number"),
-    (answer(x=math.nan), "NaN is not a number"),
-    (answer(x=-math.inf), "-Infinity is not a number"),
-])
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        (b"", "not JSON"),
+        (b"<html>It works!</html>", "not JSON"),
+        (b"\xff\xfe\x00{", "not JSON"),
+        (b"[" * 100_000, "not JSON"),
+        (b'{"grasps": [', "not JSON"),
+        (b'{"x": ' + b"9" * 5000 + b"}", "not JSON"),
+        (b"[]", "must be a JSON object, got list"),
+        (b"null", "must be a JSON object, got NoneType"),
+        (b"{}", r"got the keys \(none\)"),
+        (b'{"grasps": null}', "got the keys 'grasps'"),
+        (b'{"grasps": [], "more": 1}', "got the keys 'grasps', 'more'"),
+        (b'{"grasps": [[1, 2, 3, 4, 5]]}', r"grasp 0 of the answer must have x, y.*got \[1, 2"),
+        (b'{"grasps": [{"x": 1, "y": 1, "angle": 0}]}', "must have x, y, angle, width"),
+        (answer(qualty=0.5), "must have x, y, angle, width"),
+        (answer(x="3"), "x must be a number, got '3'"),
+        (answer(width=None), "width must be a number, got None"),
+        (answer(angle=True), "angle must be a number, got True"),
+        (answer(y=[3]), "y must be a number"),
+        (answer(x=math.nan), "NaN is not a number"),
+        (answer(x=-math.inf), "-Infinity is not a number"),
+    ],
+)
 def test_an_answer_that_holds_no_grasps_is_refused_with_a_reason(body: bytes, reason: str) -> None:
     with pytest.raises(PredictorError, match=reason):
         wire.decode_answer(body)
@@ -239,7 +262,9 @@ def test_a_number_too_large_for_a_float_does_not_pass() -> None:
 keys = st.sampled_from(["grasps", "x", "y", "angle", "width", "quality", "z"])
 json_values = st.recursive(
     st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=5),
-    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(keys, inner), max_leaves=20)
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(keys, inner),
+    max_leaves=20,
+)
 
 
 @given(json_values)

@@ -79,8 +79,9 @@ def test_a_trial_done_again_is_the_same_to_the_bit(again: Replay) -> None:
     assert [t.done.record.trial for t in again.takes] == [3]
 
 
-def test_what_differs_is_named_with_what_may_have_caused_it(changed: Callable[..., Path],
-                                                            toy_catalog: Path) -> None:
+def test_what_differs_is_named_with_what_may_have_caused_it(
+    changed: Callable[..., Path], toy_catalog: Path
+) -> None:
     copy = changed(1, outcome="slipped", sim_steps=1)
     written = json.loads((copy / "run.json").read_text())
     written["versions"]["mujoco"] = "3.1"
@@ -104,14 +105,30 @@ def test_a_record_of_another_object_is_refused(changed: Callable[..., Path], toy
 
 
 def test_the_command_verifies_tells_and_ends_with_1_where_it_differs(
-        folder: Path, changed: Callable[..., Path], toy_catalog: Path, tmp_path: Path,
-        monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    folder: Path,
+    changed: Callable[..., Path],
+    toy_catalog: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     for name in THREADS:
         monkeypatch.setenv(name, "1")
 
     def call(run: Path, *options: object) -> tuple[int | str | None, str, str]:
-        monkeypatch.setattr("sys.argv", ["grasp-bench", "replay", str(run), "--trial", "0", "--objects",
-                                         str(toy_catalog), *map(str, options)])
+        monkeypatch.setattr(
+            "sys.argv",
+            [
+                "grasp-bench",
+                "replay",
+                str(run),
+                "--trial",
+                "0",
+                "--objects",
+                str(toy_catalog),
+                *map(str, options),
+            ],
+        )
         with pytest.raises(SystemExit) as ended:
             main()
         printed = capsys.readouterr()
@@ -130,10 +147,18 @@ def test_the_command_verifies_tells_and_ends_with_1_where_it_differs(
 
 # ---------------------------------------------------------------- told
 
+
 def test_the_story_goes_from_the_picture_to_the_end(again: Replay) -> None:
     told = story(again)
-    assert [line.split(":")[0] for line in told] == ["Trial 3", "Seen", "Proposed", "Planned", "Reached",
-                                                     "Held", "Ended"]
+    assert [line.split(":")[0] for line in told] == [
+        "Trial 3",
+        "Seen",
+        "Proposed",
+        "Planned",
+        "Reached",
+        "Held",
+        "Ended",
+    ]
     assert told[-2] == "Held: never; no finger touched it."
     assert told[-1] == "Ended: missed, the fingers closed without holding the object."
 
@@ -142,17 +167,25 @@ def moments(*forces: tuple[float, float]) -> list[Moment]:
     return [Moment(float(i), np.zeros(1), np.zeros(1), Touch(a, b, ())) for i, (a, b) in enumerate(forces)]
 
 
-@pytest.mark.parametrize(("forces", "told"), [
-    ([(0, 0), (5, 6), (5, 6)], "Held: by both fingers from 1.00 s to the end at 2.00 s."),
-    ([(0, 0), (5, 6), (5, 0)], "Held: by both fingers from 1.00 s to 1.00 s, when the right finger lost it."),
-    ([(5, 6), (5, 6), (0, 0)], "Held: by both fingers from 0.00 s to 1.00 s, when both fingers lost it."),
-    ([(0, 0), (5, 0)], "Held: never by both fingers; one touched it from 1.00 s on."),
-    ([(0, 0)], "Held: never; no finger touched it.")])
+@pytest.mark.parametrize(
+    ("forces", "told"),
+    [
+        ([(0, 0), (5, 6), (5, 6)], "Held: by both fingers from 1.00 s to the end at 2.00 s."),
+        (
+            [(0, 0), (5, 6), (5, 0)],
+            "Held: by both fingers from 1.00 s to 1.00 s, when the right finger lost it.",
+        ),
+        ([(5, 6), (5, 6), (0, 0)], "Held: by both fingers from 0.00 s to 1.00 s, when both fingers lost it."),
+        ([(0, 0), (5, 0)], "Held: never by both fingers; one touched it from 1.00 s on."),
+        ([(0, 0)], "Held: never; no finger touched it."),
+    ],
+)
 def test_who_lost_the_object_is_told(forces: list[tuple[float, float]], told: str) -> None:
     assert _contact(moments(*forces)) == [told]
 
 
 # ---------------------------------------------------------------- shown
+
 
 @pytest.mark.parametrize("name", ["film.gif", "film.webp"])
 def test_films_without_any_extra(again: Replay, tmp_path: Path, name: str) -> None:
@@ -234,10 +267,22 @@ def test_a_rerun_recording_holds_pictures_points_joints_and_forces(again: Replay
             log_take(stream, again.takes[0], again.scenario)
     merge(parts, tmp_path / "all.rrd")
     assert (tmp_path / "all.rrd").stat().st_size > parts[0].stat().st_size
-    printed = subprocess.run([sys.executable, "-m", "rerun", "rrd", "print", str(tmp_path / "all.rrd")],
-                             capture_output=True, text=True, check=True).stdout
-    for entity in ("world/camera/rgb", "world/camera/depth", "world/points", "world/grasp", "joints/position",
-                   "joints/velocity", "gripper/force", "gripper/opening"):
+    printed = subprocess.run(
+        [sys.executable, "-m", "rerun", "rrd", "print", str(tmp_path / "all.rrd")],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    for entity in (
+        "world/camera/rgb",
+        "world/camera/depth",
+        "world/points",
+        "world/grasp",
+        "joints/position",
+        "joints/velocity",
+        "gripper/force",
+        "gripper/opening",
+    ):
         assert f"/trial_00003/{entity} " in printed, entity
 
 
@@ -249,11 +294,16 @@ def test_recordings_that_cannot_be_joined_are_told(tmp_path: Path) -> None:
         merge([tmp_path / "missing.rrd"], tmp_path / "all.rrd")
 
 
-@pytest.mark.parametrize(("module", "call", "extra"), [
-    ("viser", "grasp_bench.replay.browser:import_viser", "viewer"),
-    ("rerun", "grasp_bench.media.rerun_log:import_rerun", "rerun")])
-def test_missing_extras_are_told_with_the_remedy(monkeypatch: pytest.MonkeyPatch, module: str, call: str,
-                                                 extra: str) -> None:
+@pytest.mark.parametrize(
+    ("module", "call", "extra"),
+    [
+        ("viser", "grasp_bench.replay.browser:import_viser", "viewer"),
+        ("rerun", "grasp_bench.media.rerun_log:import_rerun", "rerun"),
+    ],
+)
+def test_missing_extras_are_told_with_the_remedy(
+    monkeypatch: pytest.MonkeyPatch, module: str, call: str, extra: str
+) -> None:
     from importlib import import_module
 
     monkeypatch.setitem(__import__("sys").modules, module, None)
@@ -264,8 +314,10 @@ def test_missing_extras_are_told_with_the_remedy(monkeypatch: pytest.MonkeyPatch
 
 # ---------------------------------------------------------------- pictures afterwards
 
-def test_pictures_are_made_again_for_trials_that_end_as_recorded(changed: Callable[..., Path],
-                                                                 toy_catalog: Path) -> None:
+
+def test_pictures_are_made_again_for_trials_that_end_as_recorded(
+    changed: Callable[..., Path], toy_catalog: Path
+) -> None:
     copy = changed(2, sim_steps=1)
     before = (copy / "trials.jsonl").read_bytes()
     assert sorted(missing(copy, "failures")) == [0, 1, 2, 3]
@@ -279,6 +331,7 @@ def test_pictures_are_made_again_for_trials_that_end_as_recorded(changed: Callab
 
 
 # ---------------------------------------------------------------- geometry
+
 
 def test_points_lie_where_the_depth_says() -> None:
     intrinsics = Intrinsics.from_fov(64, 48, np.pi / 2)

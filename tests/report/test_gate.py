@@ -27,22 +27,25 @@ def compared(folder: Path, lost: int, gained: int, trials: int = 180, **options:
     return check(new, old, **options)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(("lost", "gained", "options", "verdict"), [
-    (0, 0, {}, Verdict.NO_REGRESSION),
-    (0, 20, {}, Verdict.NO_REGRESSION),
-    (1, 0, {}, Verdict.NO_REGRESSION),
-    (3, 0, {}, Verdict.INCONCLUSIVE),
-    (4, 0, {}, Verdict.INCONCLUSIVE),
-    (5, 0, {}, Verdict.REGRESSION),
-    (5, 1, {}, Verdict.INCONCLUSIVE),
-    (20, 5, {}, Verdict.REGRESSION),
-    (15, 15, {}, Verdict.INCONCLUSIVE),
-    (5, 0, {"margin": 0.15}, Verdict.NO_REGRESSION),
-    (5, 0, {"alpha": 0.01}, Verdict.INCONCLUSIVE),
-    (100, 0, {}, Verdict.REGRESSION),
-    (0, 0, {"exact": True}, Verdict.IDENTICAL),
-    (0, 1, {"exact": True}, Verdict.DIFFERENT),
-])
+@pytest.mark.parametrize(
+    ("lost", "gained", "options", "verdict"),
+    [
+        (0, 0, {}, Verdict.NO_REGRESSION),
+        (0, 20, {}, Verdict.NO_REGRESSION),
+        (1, 0, {}, Verdict.NO_REGRESSION),
+        (3, 0, {}, Verdict.INCONCLUSIVE),
+        (4, 0, {}, Verdict.INCONCLUSIVE),
+        (5, 0, {}, Verdict.REGRESSION),
+        (5, 1, {}, Verdict.INCONCLUSIVE),
+        (20, 5, {}, Verdict.REGRESSION),
+        (15, 15, {}, Verdict.INCONCLUSIVE),
+        (5, 0, {"margin": 0.15}, Verdict.NO_REGRESSION),
+        (5, 0, {"alpha": 0.01}, Verdict.INCONCLUSIVE),
+        (100, 0, {}, Verdict.REGRESSION),
+        (0, 0, {"exact": True}, Verdict.IDENTICAL),
+        (0, 1, {"exact": True}, Verdict.DIFFERENT),
+    ],
+)
 def test_verdicts(tmp_path: Path, lost: int, gained: int, options: dict, verdict: Verdict) -> None:
     checked = compared(tmp_path, lost, gained, **options)
     assert checked.verdict is verdict
@@ -90,14 +93,20 @@ def test_another_detail_is_a_difference_only_where_records_must_be_the_same(tmp_
 
 # ---------------------------------------------------------------- what cannot be compared
 
-@pytest.mark.parametrize(("run", "words"), [
-    ({"seed": 5}, r"the seed \(4 in the baseline, 5 in the new run\)"),
-    ({"trials": 12}, r"the number of trials \(9 in the baseline, 12 in the new run\)"),
-    ({"objects": {"mug": {}, "pan": {}, "cup": {}}}, r"their files \(mug\.object\.json only in"),
-    ({"objects": dict(reversed(RUN["objects"].items()))}, "in another order"),
-    ({"scenario": {"name": "table4", "gripper": {"force": 80.0}}},
-     r"the scenario \(gripper\.force: 60\.0 in the baseline, 80\.0 in the new run\)"),
-])
+
+@pytest.mark.parametrize(
+    ("run", "words"),
+    [
+        ({"seed": 5}, r"the seed \(4 in the baseline, 5 in the new run\)"),
+        ({"trials": 12}, r"the number of trials \(9 in the baseline, 12 in the new run\)"),
+        ({"objects": {"mug": {}, "pan": {}, "cup": {}}}, r"their files \(mug\.object\.json only in"),
+        ({"objects": dict(reversed(RUN["objects"].items()))}, "in another order"),
+        (
+            {"scenario": {"name": "table4", "gripper": {"force": 80.0}}},
+            r"the scenario \(gripper\.force: 60\.0 in the baseline, 80\.0 in the new run\)",
+        ),
+    ],
+)
 def test_runs_of_other_trials_are_not_compared(tmp_path: Path, run: dict, words: str) -> None:
     old, new = write_run(tmp_path / "old"), write_run(tmp_path / "new", **run)
     with pytest.raises(NotComparableError, match=f"are not of the same trials: .*{words}"):
@@ -132,8 +141,17 @@ def test_other_predictors_weights_and_versions_are_what_a_gate_compares(tmp_path
     assert "mujoco: 3.17 in the baseline, 3.18 in the new run" in note
 
 
-@pytest.mark.parametrize("options", [{"margin": 0.0}, {"margin": 1.0}, {"margin": float("nan")},
-                                     {"alpha": 0.0}, {"alpha": 0.5}, {"alpha": float("nan")}])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"margin": 0.0},
+        {"margin": 1.0},
+        {"margin": float("nan")},
+        {"alpha": 0.0},
+        {"alpha": 0.5},
+        {"alpha": float("nan")},
+    ],
+)
 def test_impossible_margins_and_levels_are_refused(tmp_path: Path, options: dict) -> None:
     with pytest.raises(GraspBenchError, match=f"--{next(iter(options))} must be between"):
         compared(tmp_path, 0, 0, **options)
@@ -141,8 +159,11 @@ def test_impossible_margins_and_levels_are_refused(tmp_path: Path, options: dict
 
 def test_more_faults_of_the_harness_are_told(tmp_path: Path) -> None:
     old = write_run(tmp_path / "old")
-    new = write_run(tmp_path / "new", wins=lambda t: t > 1,
-                    change=lambda r: r | ({} if r["success"] else {"outcome": "timeout"}))
+    new = write_run(
+        tmp_path / "new",
+        wins=lambda t: t > 1,
+        change=lambda r: r | ({} if r["success"] else {"outcome": "timeout"}),
+    )
     checked = check(new, old)
     assert checked.faults == (0, 2)
     assert "2 trials of the new run ended in faults of the harness" in checked.notes[0]
@@ -158,8 +179,13 @@ def hostile(tmp_path: Path) -> Checked:
     """Two runs whose files were written by somebody with bad intentions."""
     objects = {HOSTILE: {"object.json": "ab"}}
     old = write_run(tmp_path / "old", objects=objects)
-    new = write_run(tmp_path / "new", wins=lambda t: t > 4, objects=objects, predictor=HOSTILE,
-                    change=lambda r: r | {"detail": HOSTILE})
+    new = write_run(
+        tmp_path / "new",
+        wins=lambda t: t > 4,
+        objects=objects,
+        predictor=HOSTILE,
+        change=lambda r: r | {"detail": HOSTILE},
+    )
     return check(new, old, exact=True)
 
 
@@ -180,10 +206,13 @@ def test_junit_is_xml_whatever_the_names(hostile: Checked) -> None:
     assert failure.get("type") == "different"
 
 
-@pytest.mark.parametrize(("lost", "failures", "skipped", "child"), [
-    (0, "0", "0", None), (3, "0", "1", "skipped"), (30, "1", "0", "failure")])
+@pytest.mark.parametrize(
+    ("lost", "failures", "skipped", "child"),
+    [(0, "0", "0", None), (3, "0", "1", "skipped"), (30, "1", "0", "failure")],
+)
 def test_junit_tells_passed_skipped_and_failed(
-        tmp_path: Path, lost: int, failures: str, skipped: str, child: str | None) -> None:
+    tmp_path: Path, lost: int, failures: str, skipped: str, child: str | None
+) -> None:
     suite = Xml.fromstring(as_junit(compared(tmp_path, lost, 0))).find("testsuite")
     assert suite is not None
     assert (suite.get("failures"), suite.get("skipped")) == (failures, skipped)
@@ -202,15 +231,23 @@ def test_the_summary_begins_with_the_verdict(tmp_path: Path, lost: int, mark: st
 
 # ---------------------------------------------------------------- the command
 
+
 def command(*arguments: object) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-m", "grasp_bench.cli", *map(str, arguments)], text=True,
-                          capture_output=True, timeout=120)
+    return subprocess.run(
+        [sys.executable, "-m", "grasp_bench.cli", *map(str, arguments)],
+        text=True,
+        capture_output=True,
+        timeout=120,
+    )
 
 
 def test_the_command_ends_with_0_1_and_2(tmp_path: Path) -> None:
     old = write_run(tmp_path / "old", 180)
-    runs = {0: write_run(tmp_path / "same", 180), 1: write_run(tmp_path / "worse", 180, lambda t: t > 9),
-            2: write_run(tmp_path / "other", 180, seed=8)}
+    runs = {
+        0: write_run(tmp_path / "same", 180),
+        1: write_run(tmp_path / "worse", 180, lambda t: t > 9),
+        2: write_run(tmp_path / "other", 180, seed=8),
+    }
     junit, summary = tmp_path / "junit.xml", tmp_path / "summary.md"
     summary.write_text("before\n")
     for code, run in runs.items():

@@ -111,7 +111,7 @@ def test_filters_narrow_the_grid_and_reset_restores_it(opened: Opened) -> None:
     page.select_option("#outcome", "=slipped")
     assert page.inner_text("#count") == "25 of 300 trials, 0 of them succeeded"
     page.fill("#search", "pliers")
-    assert set(opened.names()) == {"pliers' \"best\" & co"}
+    assert set(opened.names()) == {'pliers\' "best" & co'}
     page.fill("#search", "nothing is called so")
     assert page.inner_text("#count") == "0 of 300 trials, 0 of them succeeded"
     page.click("button[type=reset]")
@@ -188,7 +188,10 @@ def test_an_episodes_page_shows_its_attempts_one_after_the_other(browser: Any, t
     page.goto(report.as_uri() + "#clutter/0")
     until(page, "document.documentElement.dataset.ready")
     assert page.locator(".try-title").all_inner_texts() == [
-        f"Attempt 0: {HOSTILE}", "Attempt 1: thing 1", "Attempt 2: thing 2"]
+        f"Attempt 0: {HOSTILE}",
+        "Attempt 1: thing 1",
+        "Attempt 2: thing 2",
+    ]
     until(page, "[...document.querySelectorAll('.sheet img')].every((i) => i.naturalWidth > 0)")
     widths = "[...document.querySelectorAll('.sheet img')].map((i) => i.naturalWidth)"
     assert page.evaluate(widths) == [64, 72, 80]
@@ -283,8 +286,9 @@ CONTRAST = """() => {
 }"""
 
 
-@pytest.mark.parametrize("opened", [{"color_scheme": "light"}, {"color_scheme": "dark"}], indirect=True,
-                         ids=["light", "dark"])
+@pytest.mark.parametrize(
+    "opened", [{"color_scheme": "light"}, {"color_scheme": "dark"}], indirect=True, ids=["light", "dark"]
+)
 def test_text_contrasts_as_wcag_asks_for(opened: Opened) -> None:
     page = opened.page
     draw_charts(page)
@@ -314,15 +318,16 @@ def test_marks_contrast_with_what_they_lie_on(opened: Opened) -> None:
     assert opened.page.evaluate(contrast) == []
 
 
-@pytest.mark.parametrize("opened", [{"viewport": {"width": 360, "height": 740}, "has_touch": True}],
-                         indirect=True, ids=["phone"])
+@pytest.mark.parametrize(
+    "opened", [{"viewport": {"width": 360, "height": 740}, "has_touch": True}], indirect=True, ids=["phone"]
+)
 def test_a_phone_needs_no_sideways_scrolling(opened: Opened) -> None:
     page = opened.page
     width = "document.documentElement.scrollWidth"
     draw_charts(page)
     page.evaluate("document.querySelectorAll('details').forEach(d => { d.open = true; })")
     assert page.evaluate(width) <= 360
-    page.evaluate("location.hash = \"#it's%20%3Cb%3Ebold%3C/1\"")
+    page.evaluate('location.hash = "#it\'s%20%3Cb%3Ebold%3C/1"')
     page.wait_for_selector("#trial:not([hidden])")
     assert page.evaluate(width) <= 360
 

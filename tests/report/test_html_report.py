@@ -86,8 +86,11 @@ def test_charts_show_hostile_names_as_text(page: Page) -> None:
 
 
 def test_the_policy_allows_the_pages_own_scripts_only(page: Page) -> None:
-    (policy,) = [a["content"] for t, a in page.elements
-                 if t == "meta" and a.get("http-equiv") == "Content-Security-Policy"]
+    (policy,) = [
+        a["content"]
+        for t, a in page.elements
+        if t == "meta" and a.get("http-equiv") == "Content-Security-Policy"
+    ]
     assert policy is not None
     assert policy.startswith("default-src 'none'")
     plotly = gzip.decompress(base64.b64decode(page.scripts["plotly"]))
@@ -141,8 +144,11 @@ def test_an_episode_has_its_attempts_with_their_pictures(tmp_path: Path) -> None
     page = Page(text)
     pictures = {k: json.loads(v) for k, v in page.scripts.items() if k.startswith("media-")}
     assert {k: sorted(v) for k, v in pictures.items()} == {
-        "media-0-0-0": ["sheet"], "media-0-0-1": ["clip", "sheet"], "media-0-0-2": ["sheet"],
-        "media-0-1-0": ["sheet"]}
+        "media-0-0-0": ["sheet"],
+        "media-0-0-1": ["clip", "sheet"],
+        "media-0-0-2": ["sheet"],
+        "media-0-1-0": ["sheet"],
+    }
     stored = (folder / "media" / "00000-01.webp").read_bytes()
     assert base64.b64decode(pictures["media-0-0-1"]["sheet"]) == stored
     first, second = json.loads(page.scripts["data"])["trials"]
@@ -170,6 +176,7 @@ def test_a_file_that_cannot_be_written_is_named(runs: Path, tmp_path: Path) -> N
 
 # ---------------------------------------------------------------- figures behind it
 
+
 def test_runs_are_compared_on_the_trials_they_share(tmp_path: Path) -> None:
     one = Run(write_run(tmp_path / "a", "oracle", ["success", "success", "missed", "missed", "success"]))
     two = Run(write_run(tmp_path / "b", "random", ["missed", "success", "success", "missed"]))
@@ -194,9 +201,17 @@ def test_holms_correction_is_the_textbooks() -> None:
     assert holm([]) == []
 
 
-@pytest.mark.parametrize(("value", "label"), [
-    (0.0, "< 50 g"), (0.05, "50–100 g"), (0.0999, "50–100 g"), (0.4, "≥ 400 g"), (3.0, "≥ 400 g"),
-    (None, "unknown")])
+@pytest.mark.parametrize(
+    ("value", "label"),
+    [
+        (0.0, "< 50 g"),
+        (0.05, "50–100 g"),
+        (0.0999, "50–100 g"),
+        (0.4, "≥ 400 g"),
+        (3.0, "≥ 400 g"),
+        (None, "unknown"),
+    ],
+)
 def test_masses_fall_into_half_open_bins(value: float | None, label: str) -> None:
     labels = breakdown.bin_labels(breakdown.MASS_EDGES, 1000, "g")
     assert breakdown.bin_of(value, breakdown.MASS_EDGES, labels) == label
@@ -232,11 +247,15 @@ def made(tmp_path: Path, pairs: list[tuple[float | None, bool]]) -> dict[str, An
 
 
 def test_calibration_has_the_closed_form_error(tmp_path: Path) -> None:
-    found = made(tmp_path, [(0.8, True), (0.8, False), (0.25, False), (0.25, False), (1.0, True),
-                            (None, False)])
+    found = made(
+        tmp_path, [(0.8, True), (0.8, False), (0.25, False), (0.25, False), (1.0, True), (None, False)]
+    )
     assert found["trials"] == 5
     assert [(b["quality"], b["successes"], b["trials"]) for b in found["bins"]] == [
-        (0.25, 0, 2), (0.8, 1, 2), (1.0, 1, 1)]
+        (0.25, 0, 2),
+        (0.8, 1, 2),
+        (1.0, 1, 1),
+    ]
     assert found["error"] == pytest.approx((2 * 0.25 + 2 * 0.3 + 0) / 5)
     assert found["brier"] == pytest.approx((0.04 + 0.64 + 2 * 0.0625 + 0) / 5)
 

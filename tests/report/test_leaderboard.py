@@ -30,9 +30,20 @@ def made_up_trial(number: int, name: str, category: str) -> dict[str, Any]:
     """A record as a run writes it: every sixth trial closes on nothing."""
     won = number % 6 != 0
     outcome = Outcome.SUCCESS if won else Outcome.MISSED
-    return TrialRecord(number, name, category, 0, outcome, grasp=Grasp(320.0, 240.0, 0.1, 40.0),
-                       pose=GraspPose.top_down([0.5, 0.0, 0.01], 0.1, 0.06), rank=0, tcp_error=(1e-4, 1e-4),
-                       lift_height=0.2 * won, contact_force=60.0 * won, sim_steps=3000).to_json()
+    return TrialRecord(
+        number,
+        name,
+        category,
+        0,
+        outcome,
+        grasp=Grasp(320.0, 240.0, 0.1, 40.0),
+        pose=GraspPose.top_down([0.5, 0.0, 0.01], 0.1, 0.06),
+        rank=0,
+        tcp_error=(1e-4, 1e-4),
+        lift_height=0.2 * won,
+        contact_force=60.0 * won,
+        sim_steps=3000,
+    ).to_json()
 
 
 @pytest.fixture
@@ -41,10 +52,17 @@ def row(tmp_path: Path) -> Path:
     folder = tmp_path / "row"
     folder.mkdir()
     catalog = Catalog()
-    run = {"format": 1, "predictor": "my_module:Mine", "seed": 0, "trials": len(catalog.names),
-           "scenario": load_scenario("table4").model_dump(mode="json"), "weights": None,
-           "versions": {"mujoco": "3.17.0"}, "renderer": "raycast",
-           "objects": {n: e["files"] for n, e in catalog.entries.items()}}
+    run = {
+        "format": 1,
+        "predictor": "my_module:Mine",
+        "seed": 0,
+        "trials": len(catalog.names),
+        "scenario": load_scenario("table4").model_dump(mode="json"),
+        "weights": None,
+        "versions": {"mujoco": "3.17.0"},
+        "renderer": "raycast",
+        "objects": {n: e["files"] for n, e in catalog.entries.items()},
+    }
     (folder / "run.json").write_text(json.dumps(run))
     records = [made_up_trial(i, n, e["category"]) for i, (n, e) in enumerate(catalog.entries.items())]
     (folder / "trials.jsonl").write_text("".join(dump(r) + "\n" for r in records))
@@ -80,16 +98,19 @@ def test_a_sound_run_is_a_row(row: Path) -> None:
     assert low < made.successes / made.trials < high
 
 
-@pytest.mark.parametrize(("change", "words"), [
-    (lambda run: run.update(seed=3), "its seed is 3, not 0"),
-    (lambda run: run.update(renderer="egl"), "made by 'egl'"),
-    (lambda run: run["scenario"]["gripper"].update(force=100.0), "differs from table4 in gripper"),
-    (lambda run: run["scenario"]["sensor"].update(axial_sigma=0.0), "differs from table4 in sensor"),
-    (lambda run: run["scenario"].update(cheat=1), "'cheat'"),
-    (lambda run: run["objects"].pop("coffee_mug"), "1 of 180 objects were not tried, such as coffee_mug"),
-    (lambda run: run["objects"]["coffee_mug"].update({"object.json": "0" * 64}), "such as coffee_mug"),
-    (lambda run: run.update(objects=dict(reversed(run["objects"].items()))), "in the manifest's order"),
-])
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda run: run.update(seed=3), "its seed is 3, not 0"),
+        (lambda run: run.update(renderer="egl"), "made by 'egl'"),
+        (lambda run: run["scenario"]["gripper"].update(force=100.0), "differs from table4 in gripper"),
+        (lambda run: run["scenario"]["sensor"].update(axial_sigma=0.0), "differs from table4 in sensor"),
+        (lambda run: run["scenario"].update(cheat=1), "'cheat'"),
+        (lambda run: run["objects"].pop("coffee_mug"), "1 of 180 objects were not tried, such as coffee_mug"),
+        (lambda run: run["objects"]["coffee_mug"].update({"object.json": "0" * 64}), "such as coffee_mug"),
+        (lambda run: run.update(objects=dict(reversed(run["objects"].items()))), "in the manifest's order"),
+    ],
+)
 def test_a_run_of_something_else_is_found_out(row: Path, change: Callable, words: str) -> None:
     edit_run(row, change)
     assert words in "; ".join(c.fault for c in check(row) if not c.passed)
@@ -99,42 +120,55 @@ def winning(records: list[dict[str, Any]]) -> dict[str, Any]:
     return next(r for r in records if r["success"])
 
 
-@pytest.mark.parametrize(("change", "words"), [
-    (lambda records: records.pop(17), "it holds 179 of 180 trials"),
-    (lambda records: records.reverse(), "not in order"),
-    (lambda records: records[4].update(object="apple"), "trial 4 names another object"),
-    (lambda records: records[4].update(seed=9), "trial 4 names another object or seed"),
-    (lambda records: winning(records).update(grasp=None), "success without grasp"),
-    (lambda records: winning(records).update(lift_height=0.02), "success without grasp, lift"),
-    (lambda records: winning(records).update(contact_force=0.0), "or contact force"),
-])
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda records: records.pop(17), "it holds 179 of 180 trials"),
+        (lambda records: records.reverse(), "not in order"),
+        (lambda records: records[4].update(object="apple"), "trial 4 names another object"),
+        (lambda records: records[4].update(seed=9), "trial 4 names another object or seed"),
+        (lambda records: winning(records).update(grasp=None), "success without grasp"),
+        (lambda records: winning(records).update(lift_height=0.02), "success without grasp, lift"),
+        (lambda records: winning(records).update(contact_force=0.0), "or contact force"),
+    ],
+)
 def test_trials_that_were_left_out_or_changed_are_found_out(row: Path, change: Callable, words: str) -> None:
     edit_trials(row, change)
     assert words in fault(row)
 
 
-@pytest.mark.parametrize(("change", "words"), [
-    (lambda records: records.append(records[0]), "trial 0 is in it a second time"),
-    (lambda records: next(r for r in records if not r["success"]).update(success=True), "'success' is True"),
-    (lambda records: winning(records).update(outcome="lifted"), "'outcome' must be one of"),
-])
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda records: records.append(records[0]), "trial 0 is in it a second time"),
+        (
+            lambda records: next(r for r in records if not r["success"]).update(success=True),
+            "'success' is True",
+        ),
+        (lambda records: winning(records).update(outcome="lifted"), "'outcome' must be one of"),
+    ],
+)
 def test_records_that_no_run_writes_are_refused_by_their_line(
-        row: Path, change: Callable, words: str) -> None:
+    row: Path, change: Callable, words: str
+) -> None:
     edit_trials(row, change)
     with pytest.raises(ResultsError, match=r"trials\.jsonl, line \d+ is damaged") as caught:
         check(row)
     assert words in str(caught.value)
 
 
-@pytest.mark.parametrize(("content", "words"), [
-    (None, r"about.yaml is missing: say name, authors, trained_on"),
-    ("name: [", "is not valid YAML"),
-    ("name: Mine", "authors: Field required"),
-    (yaml.safe_dump(ABOUT | {"rate": 1.0}), "rate: Extra inputs"),
-    (yaml.safe_dump(ABOUT | {"link": "javascript:alert(1)"}), "link: String should match"),
-    (yaml.safe_dump(ABOUT | {"trained_on": ""}), "trained_on: String should have at least 1"),
-    ("!!python/object/apply:os.system [true]", "is not valid YAML"),
-])
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (None, r"about.yaml is missing: say name, authors, trained_on"),
+        ("name: [", "is not valid YAML"),
+        ("name: Mine", "authors: Field required"),
+        (yaml.safe_dump(ABOUT | {"rate": 1.0}), "rate: Extra inputs"),
+        (yaml.safe_dump(ABOUT | {"link": "javascript:alert(1)"}), "link: String should match"),
+        (yaml.safe_dump(ABOUT | {"trained_on": ""}), "trained_on: String should have at least 1"),
+        ("!!python/object/apply:os.system [true]", "is not valid YAML"),
+    ],
+)
 def test_a_row_says_who_and_trained_on_what(row: Path, content: str | None, words: str) -> None:
     (row / "about.yaml").unlink()
     if content is not None:
@@ -162,8 +196,13 @@ def test_rows_are_ordered_by_rate_controls_last_and_what_people_wrote_is_escaped
         about = About(name=name, authors="A <b>bold</b> | team", trained_on="nothing", link=link)
         return Row(about, control, won, 180, 0, (0.1, 0.2), {})
 
-    table = as_markdown([made("weak", 10), made("oracle", 180, control=True),
-                         made("strong [x](y)", 170, link="https://example.org/a(b)")])
+    table = as_markdown(
+        [
+            made("weak", 10),
+            made("oracle", 180, control=True),
+            made("strong [x](y)", 170, link="https://example.org/a(b)"),
+        ]
+    )
     lines = table.splitlines()[2:]
     assert [won for line in lines for won in re.findall(r"\d+/180", line)] == ["170/180", "10/180", "180/180"]
     assert lines[0].startswith("| [strong \\[x\\]\\(y\\)](<https://example.org/a(b)>) | A &lt;b&gt;bold")

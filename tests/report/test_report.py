@@ -15,18 +15,39 @@ from grasp_bench.report.text import as_markdown, show
 from grasp_bench.runs.folder import RunFolder
 from grasp_bench.runs.statistics import wilson
 
-RUN: dict[str, Any] = {"predictor": "oracle", "scenario": {"name": "table4"}, "seed": 4, "trials": 5,
-                       "objects": {}, "weights": None, "versions": {}, "renderer": "raycast"}
-TRIALS = [("mug", "mug", "success"), ("pan", "cookware", "missed"), ("pot", "cookware", "success"),
-          ("mug", "mug", "slipped"), ("pan", "cookware", "missed")]
+RUN: dict[str, Any] = {
+    "predictor": "oracle",
+    "scenario": {"name": "table4"},
+    "seed": 4,
+    "trials": 5,
+    "objects": {},
+    "weights": None,
+    "versions": {},
+    "renderer": "raycast",
+}
+TRIALS = [
+    ("mug", "mug", "success"),
+    ("pan", "cookware", "missed"),
+    ("pot", "cookware", "success"),
+    ("mug", "mug", "slipped"),
+    ("pan", "cookware", "missed"),
+]
 
 
 def write(folder: Path, trials: list[tuple[str, str, str]], run: dict[str, Any] = RUN) -> Path:
     with RunFolder(folder) as results:
         results.start(run)
         for i, (name, category, outcome) in enumerate(trials):
-            results.append({"trial": i, "object": name, "category": category, "outcome": outcome,
-                            "success": outcome == "success"}, {"trial": i, "plan": 0.1 * i, "render": 0.5})
+            results.append(
+                {
+                    "trial": i,
+                    "object": name,
+                    "category": category,
+                    "outcome": outcome,
+                    "success": outcome == "success",
+                },
+                {"trial": i, "plan": 0.1 * i, "render": 0.5},
+            )
     return folder
 
 
@@ -44,9 +65,12 @@ def test_the_report_is_runs_and_a_table_as_plain_json(report: dict[str, Any]) ->
 def test_the_papers_rows_have_counts_intervals_and_the_printed_rate(report: dict[str, Any]) -> None:
     rows = [r for r in report["table4"] if r["source"] == "paper"]
     assert [(r["authors"], r["system"], r["successes"], r["trials"], r["printed_rate"]) for r in rows] == [
-        ("Lenz", "SAE", 89, 100, 89.0), ("Morrison", "GG-CNN", 110, 120, 92.0),
-        ("Chu", "ResNet-50", 89, 100, 89.0), ("Wang", "TF-Grasp", 152, 165, 92.1),
-        ("HTC-Grasp authors", "HTC-Grasp", 168, 180, 93.3)]
+        ("Lenz", "SAE", 89, 100, 89.0),
+        ("Morrison", "GG-CNN", 110, 120, 92.0),
+        ("Chu", "ResNet-50", 89, 100, 89.0),
+        ("Wang", "TF-Grasp", 152, 165, 92.1),
+        ("HTC-Grasp authors", "HTC-Grasp", 168, 180, 93.3),
+    ]
     for row in rows:
         assert row["rate"] == row["successes"] / row["trials"]
         assert row["wilson95"] == list(wilson(row["successes"], row["trials"]))
@@ -65,9 +89,11 @@ def test_the_note_holds_no_claim_that_the_intervals_contradict() -> None:
 
 
 def test_every_run_has_a_row_below_the_papers(report: dict[str, Any]) -> None:
-    own = report["table4"][len(PAPER):]
+    own = report["table4"][len(PAPER) :]
     assert [(r["run"], r["system"], r["successes"], r["trials"]) for r in own] == [
-        ("one", "oracle", 2, 5), ("two", "oracle", 1, 1)]
+        ("one", "oracle", 2, 5),
+        ("two", "oracle", 1, 1),
+    ]
     assert all(r["source"] == "simulation" and r["printed_rate"] is None for r in own)
     assert set(own[0]) == set(report["table4"][0])
 
@@ -76,7 +102,9 @@ def test_a_run_is_broken_down_by_outcome_category_object_and_phase(report: dict[
     one = report["runs"][0]
     assert one["outcomes"] == {"missed": 2, "success": 2, "slipped": 1}
     assert one["by_category"] == {
-        "cookware": {"successes": 1, "trials": 3}, "mug": {"successes": 1, "trials": 2}}
+        "cookware": {"successes": 1, "trials": 3},
+        "mug": {"successes": 1, "trials": 2},
+    }
     assert one["by_object"]["pan"] == {"successes": 0, "trials": 2}
     assert one["timings"] == {"plan": pytest.approx(0.2), "render": pytest.approx(0.5)}
     assert (one["run"], one["predictor"], one["scenario"], one["seed"]) == ("one", "oracle", "table4", 4)
@@ -92,8 +120,14 @@ def test_a_run_without_a_trial_has_no_row(tmp_path: Path) -> None:
 
 
 def test_the_hardest_objects_come_first_and_the_easy_not_at_all() -> None:
-    run = {"by_object": {"a": {"successes": 1, "trials": 2}, "b": {"successes": 0, "trials": 2},
-                         "c": {"successes": 3, "trials": 3}, "d": {"successes": 0, "trials": 5}}}
+    run = {
+        "by_object": {
+            "a": {"successes": 1, "trials": 2},
+            "b": {"successes": 0, "trials": 2},
+            "c": {"successes": 3, "trials": 3},
+            "d": {"successes": 0, "trials": 5},
+        }
+    }
     assert worst_objects(run) == [("d", 0, 5), ("b", 0, 2), ("a", 1, 2)]
     assert worst_objects(run, 1) == [("d", 0, 5)]
 

@@ -22,14 +22,25 @@ TCP = "gripper/tcp"
 
 # Modified (Craig) DH as published for the EC66: alpha_{i-1} (deg), a_{i-1} (m), d_i (m), offset_i (deg).
 MODIFIED_DH = (
-    (0, 0, 0.096, 180), (90, 0, 0, 180), (0, 0.418, 0, 0),
-    (0, 0.398, 0.122, 0), (-90, 0, 0.098, 180), (90, 0, 0.089, 180),
+    (0, 0, 0.096, 180),
+    (90, 0, 0, 180),
+    (0, 0.418, 0, 0),
+    (0, 0.398, 0.122, 0),
+    (-90, 0, 0.098, 180),
+    (90, 0, 0.089, 180),
 )
 
 # Pairs that the maker's SRDF leaves unchecked.
 EXCLUDED = {
-    ("base_link", "link1"), ("base_link", "link2"), ("link1", "link2"), ("link1", "link4"),
-    ("link2", "link3"), ("link3", "link4"), ("link3", "link5"), ("link4", "link5"), ("link4", "link6"),
+    ("base_link", "link1"),
+    ("base_link", "link2"),
+    ("link1", "link2"),
+    ("link1", "link4"),
+    ("link2", "link3"),
+    ("link3", "link4"),
+    ("link3", "link5"),
+    ("link4", "link5"),
+    ("link4", "link6"),
     ("link5", "link6"),
 }
 
@@ -84,7 +95,7 @@ def world_points(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
         if model.geom_type[i] == mujoco.mjtGeom.mjGEOM_MESH:
             mesh = model.mesh(model.geom_dataid[i])
             start = mesh.vertadr[0]
-            points = model.mesh_vert[start:start + mesh.vertnum[0]]
+            points = model.mesh_vert[start : start + mesh.vertnum[0]]
         else:
             corners = np.array(list(itertools.product((-1, 1), repeat=3)))
             points = model.geom_aabb[i, :3] + corners * model.geom_aabb[i, 3:]
@@ -121,6 +132,7 @@ def meshes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 
 # ---------------------------------------------------------------- arm
+
 
 def test_forward_kinematics_equals_published_dh(arm: mujoco.MjModel) -> None:
     data = mujoco.MjData(arm)
@@ -186,8 +198,9 @@ def test_folding_the_forearm_onto_the_shoulder_collides(arm: mujoco.MjModel) -> 
     data = mujoco.MjData(arm)
     data.qpos[:] = np.radians([0, -90, 158, 0, 0, 0])
     mujoco.mj_forward(arm, data)
-    touching = {tuple(sorted(arm.body(arm.geom_bodyid[g]).name for g in contact.geom))
-                for contact in data.contact}
+    touching = {
+        tuple(sorted(arm.body(arm.geom_bodyid[g]).name for g in contact.geom)) for contact in data.contact
+    }
     assert touching
     assert not touching & EXCLUDED
 
@@ -204,14 +217,16 @@ def test_home_keeps_arm_and_gripper_out_of_the_camera_view() -> None:
         points = world_points(model, data)
         # Camera at (0.5, 0, 0.55) looking straight down, 90 degrees along y and 74 along x.
         depth = 0.55 - points[:, 2]
-        beside = np.maximum(np.abs(points[:, 0] - 0.5) - depth * np.tan(np.radians(37)),
-                            np.abs(points[:, 1]) - depth)
+        beside = np.maximum(
+            np.abs(points[:, 0] - 0.5) - depth * np.tan(np.radians(37)), np.abs(points[:, 1]) - depth
+        )
         outside = np.maximum(beside, -depth)
         assert outside.min() > 0.005
         assert outside[points[:, 0] > 0.15].min() > 0.1  # what reaches forward stays well out of it
 
 
 # ---------------------------------------------------------------- arm and gripper together
+
 
 def test_names_stay_unique_after_attachment() -> None:
     model, _ = attached()
@@ -248,6 +263,7 @@ def test_a_step_of_one_joint_settles_without_overshoot(joint: int) -> None:
 
 
 # ---------------------------------------------------------------- gripper
+
 
 def test_tcp_lies_between_the_lowest_ends_of_the_pads(hand: mujoco.MjModel) -> None:
     data = mujoco.MjData(hand)
@@ -298,6 +314,7 @@ def test_shipped_grip_force_is_60_newtons(hand: mujoco.MjModel) -> None:
 
 
 # ---------------------------------------------------------------- meshes
+
 
 def test_shipped_meshes_are_what_the_code_makes(meshes: dict[str, Path]) -> None:
     shipped = {path.name: path for path in (ASSETS / "meshes").iterdir()}

@@ -47,7 +47,8 @@ def test_both_jaw_orientations_are_offered_and_the_handier_comes_first(ik: Inver
     (first, q), (second, other) = ik.solve_grasp(wanted)
     np.testing.assert_allclose(first.rotation[:, 0], -second.rotation[:, 0], atol=1e-12)
     assert {round(float(p.rotation[0, 0]), 6) for p in (first, second)} == {
-        round(float(s * wanted.rotation[0, 0]), 6) for s in (1, -1)}
+        round(float(s * wanted.rotation[0, 0]), 6) for s in (1, -1)
+    }
     assert np.abs(q[5] - other[5]) > 1.0
     assert abs(math.remainder(q[5], 2 * math.pi)) <= math.pi
 
@@ -82,8 +83,10 @@ def test_following_a_line_stays_on_it_without_jumps(ik: InverseKinematics) -> No
 
 def test_following_a_line_out_of_reach_is_refused(ik: InverseKinematics) -> None:
     pose, q = ik.solve_grasp(pose_at(0.5, 0.0))[0]
-    wanted = [GraspPose(p.position, pose.rotation, 0.0)
-              for p in line(np.array([0.5, 0, 0.02]), np.array([1.4, 0, 0.02]), 20)]
+    wanted = [
+        GraspPose(p.position, pose.rotation, 0.0)
+        for p in line(np.array([0.5, 0, 0.02]), np.array([1.4, 0, 0.02]), 20)
+    ]
     assert ik.follow(wanted, q) is None
 
 

@@ -31,9 +31,12 @@ def lying(models: dict[str, ObjectModel]) -> ObjectModel:
 
 
 def shaking(scenario: Scenario, shake: Shake = HARD, **gripper: float) -> Scenario:
-    return scenario.model_copy(update={
-        "motion": scenario.motion.model_copy(update={"shake": shake}),
-        "gripper": scenario.gripper.model_copy(update=gripper)})
+    return scenario.model_copy(
+        update={
+            "motion": scenario.motion.model_copy(update={"shake": shake}),
+            "gripper": scenario.gripper.model_copy(update=gripper),
+        }
+    )
 
 
 def attempt(scenario: Scenario, model: ObjectModel, **more: object) -> Trial:
@@ -97,7 +100,7 @@ def test_a_firm_grasp_survives_and_the_arm_can_do_it(scenario: Scenario, lying: 
     ends = np.cumsum([len(m.positions) for m in trial.plan.shake])
     after = len(trial.plan.carry.positions) + round(scenario.motion.hold_time / 0.004)
     first = len(places) - after - ends[-1]
-    height = np.array(places)[first + ends[1]:first + ends[2], 2]
+    height = np.array(places)[first + ends[1] : first + ends[2], 2]
     assert 0.95 < np.ptp(height) / (2 * amplitude(HARD)) < 1.25  # the servos overshoot by some 15 %
 
 

@@ -17,14 +17,26 @@ from grasp_bench.runs.folder import RunFolder, find_runs, iter_timings, load_run
 from grasp_bench.runs.lines import dump, read_lines
 
 RUN: dict[str, Any] = {
-    "format": 1, "predictor": "oracle", "scenario": {"name": "table4", "gripper": {"force": 60.0}}, "seed": 0,
-    "trials": 4, "objects": {"mug": {"object.json": "ab"}}, "weights": None, "versions": {"mujoco": "3.17"},
-    "renderer": "raycast"}
+    "format": 1,
+    "predictor": "oracle",
+    "scenario": {"name": "table4", "gripper": {"force": 60.0}},
+    "seed": 0,
+    "trials": 4,
+    "objects": {"mug": {"object.json": "ab"}},
+    "weights": None,
+    "versions": {"mujoco": "3.17"},
+    "renderer": "raycast",
+}
 
 
 def line(trial: int, success: bool = True) -> dict[str, Any]:
-    return {"trial": trial, "object": "mug", "category": "mug", "outcome": "success" if success else "missed",
-            "success": success}
+    return {
+        "trial": trial,
+        "object": "mug",
+        "category": "mug",
+        "outcome": "success" if success else "missed",
+        "success": success,
+    }
 
 
 def write(folder: Path, trials: list[int], run: dict[str, Any] = RUN, finish: bool = False) -> None:
@@ -80,7 +92,9 @@ def test_of_timings_of_a_repeated_trial_the_last_are_kept(tmp_path: Path) -> Non
         file.write('{"trial": 0, "plan": 1.5}\n')
     write(tmp_path, [0], finish=True)
     assert (tmp_path / "timings.jsonl").read_text().splitlines() == [
-        '{"trial": 0, "plan": 0.5}', '{"trial": 1, "plan": 0.5}']
+        '{"trial": 0, "plan": 0.5}',
+        '{"trial": 1, "plan": 0.5}',
+    ]
     assert [t["plan"] for t in iter_timings(tmp_path)] == [0.5, 0.5]
 
 
@@ -119,22 +133,32 @@ def test_a_damaged_line_in_the_middle_is_refused_by_its_number(tmp_path: Path) -
         load_trials(tmp_path)
 
 
-@pytest.mark.parametrize(("key", "value", "named"), [
-    ("scenario", {"name": "table4", "gripper": {"force": 80.0}},
-     "the scenario (gripper.force: 60.0 there, 80.0 here)"),
-    ("predictor", "random", "the predictor (oracle there, random here)"),
-    ("seed", 1, "the seed (0 there, 1 here)"),
-    ("trials", 9, "the number of trials (4 there, 9 here)"),
-    ("objects", {"mug": {"object.json": "cd"}},
-     "the objects or their files (mug.object.json: ab there, cd here)"),
-    ("objects", {"mug": {"object.json": "ab"}, "pan": {}}, "the objects or their files (pan only here)"),
-    ("weights", {"w": "ef" * 32}, "the weights (none there, {\"w\": \"efef"),
-    ("versions", {"mujoco": "3.18"}, "the software versions (mujoco: 3.17 there, 3.18 here)"),
-    ("renderer", "egl", "the renderer (raycast there, egl here)"),
-    ("shard", "2/4", "the shard (none there, 2/4 here)"),
-])
+@pytest.mark.parametrize(
+    ("key", "value", "named"),
+    [
+        (
+            "scenario",
+            {"name": "table4", "gripper": {"force": 80.0}},
+            "the scenario (gripper.force: 60.0 there, 80.0 here)",
+        ),
+        ("predictor", "random", "the predictor (oracle there, random here)"),
+        ("seed", 1, "the seed (0 there, 1 here)"),
+        ("trials", 9, "the number of trials (4 there, 9 here)"),
+        (
+            "objects",
+            {"mug": {"object.json": "cd"}},
+            "the objects or their files (mug.object.json: ab there, cd here)",
+        ),
+        ("objects", {"mug": {"object.json": "ab"}, "pan": {}}, "the objects or their files (pan only here)"),
+        ("weights", {"w": "ef" * 32}, 'the weights (none there, {"w": "efef'),
+        ("versions", {"mujoco": "3.18"}, "the software versions (mujoco: 3.17 there, 3.18 here)"),
+        ("renderer", "egl", "the renderer (raycast there, egl here)"),
+        ("shard", "2/4", "the shard (none there, 2/4 here)"),
+    ],
+)
 def test_another_run_in_the_folder_is_refused_by_what_differs(
-        tmp_path: Path, key: str, value: Any, named: str) -> None:
+    tmp_path: Path, key: str, value: Any, named: str
+) -> None:
     write(tmp_path, [0])
     with RunFolder(tmp_path) as results, pytest.raises(ResultsError) as caught:
         results.start(RUN | {key: value})
@@ -146,8 +170,10 @@ def test_another_run_in_the_folder_is_refused_by_what_differs(
 
 def test_all_that_differs_is_named(tmp_path: Path) -> None:
     write(tmp_path, [0])
-    with RunFolder(tmp_path) as results, pytest.raises(
-            ResultsError, match=r"the predictor \(.*\), the seed \(.*\) differ\."):
+    with (
+        RunFolder(tmp_path) as results,
+        pytest.raises(ResultsError, match=r"the predictor \(.*\), the seed \(.*\) differ\."),
+    ):
         results.start(RUN | {"seed": 5, "predictor": "random"})
 
 
@@ -196,7 +222,8 @@ def test_a_read_only_folder_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_failing_disk_is_told_and_costs_nothing_that_was_measured(
-        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with RunFolder(tmp_path) as results:
         results.start(RUN)
         results.append(line(0), {"trial": 0})
@@ -234,8 +261,13 @@ with RunFolder(folder) as results:
 
 def test_when_no_more_can_be_written_whole_lines_stay_and_the_run_goes_on_later(tmp_path: Path) -> None:
     """A process that may write files of 1000 bytes only meets what a full disk does: half a line."""
-    done = subprocess.run([sys.executable, "-c", FULL, tmp_path, json.dumps(RUN), json.dumps(line(0))],
-                          text=True, capture_output=True, timeout=60, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", FULL, tmp_path, json.dumps(RUN), json.dumps(line(0))],
+        text=True,
+        capture_output=True,
+        timeout=60,
+        check=True,
+    )
     trial, _, message = done.stdout.partition(" ")
     assert "trials.jsonl cannot be written (File too large)" in message
     assert "What was measured is kept" in message
@@ -249,7 +281,8 @@ def test_when_no_more_can_be_written_whole_lines_stay_and_the_run_goes_on_later(
 
 
 def test_a_full_disk_at_the_end_keeps_the_unordered_trials(
-        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     write(tmp_path, [1, 0])
     before = (tmp_path / "trials.jsonl").read_bytes()
 
@@ -269,34 +302,48 @@ def test_a_full_disk_at_the_end_keeps_the_unordered_trials(
 SOUND = dump(line(0)) + "\n" + dump(line(1)) + "\n"
 
 
-@pytest.mark.parametrize(("content", "message"), [
-    (SOUND + dump(line(1)) + "\n" + dump(line(2)) + "\n", "line 3 is damaged (trial 1 is in it a second"),
-    (SOUND + dump(line(0)) + "\n", "line 3 is damaged (trial 0 is in it a second time)"),
-    (SOUND + '{"other": 1}\n', "line 3 is damaged ('trial' is missing)"),
-    (SOUND.replace('"trial": 1', '"trial": NaN'), "line 2 is damaged (NaN is no number)"),
-    (SOUND.replace('"trial": 1', '"trial": -1'), "'trial' must be a whole number from 0, not -1"),
-    (SOUND.replace('"trial": 1', '"trial": 1.0'), "'trial' must be a whole number from 0, not 1.0"),
-    (SOUND.replace('"trial": 1', '"trial": true'), "'trial' must be a whole number from 0, not True"),
-    (SOUND.replace('"trial": 1', '"trial": "1"'), "'trial' must be a whole number from 0, not '1'"),
-    (SOUND.replace('"trial": 1', '"lift_height": Infinity, "trial": 1'), "Infinity is no number"),
-    (SOUND.replace('"trial": 1', '"lift_height": "a", "trial": 1'), "'lift_height' must be a number, not"),
-    (SOUND.replace('"trial": 1', '"rank": -1, "trial": 1'), "'rank' must be a whole number from 0 or null"),
-    (SOUND.replace('"trial": 1', '"grasp": [], "trial": 1'), "'grasp' must be an object or null, not []"),
-    (SOUND.replace('"object": "mug"', '"object": 7'), "line 1 is damaged ('object' must be text, not 7)"),
-    (SOUND.replace('"category": "mug", ', ""), "line 1 is damaged ('category' is missing)"),
-    (SOUND.replace('"outcome": "success"', '"outcome": "won"'), "'outcome' must be one of success, no_grasp"),
-    (SOUND.replace('"outcome": "success"', '"outcome": ["success"]'), "'outcome' must be one of"),
-    (SOUND.replace("true", '"yes"'), "'success' must be true or false, not 'yes'"),
-    (SOUND.replace("true", "false"), "'success' is False where the outcome is 'success'"),
-    ("[1, 2]\n" + SOUND, "line 1 is damaged ([1, 2] is not a record)"),
-    ("5\n", "line 1 is damaged (5 is not a record)"),
-    ("\n" + SOUND, "line 1 is damaged"),
-    ("\udcff\n" + SOUND, "line 1 is damaged"),
-    ("[" * 100_000 + "\n" + SOUND, "line 1 is damaged (nested too deeply)"),
-    (" " * (1 << 21) + SOUND, "line 1 is damaged (longer than 1 MiB)"),
-], ids=range(24))
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (SOUND + dump(line(1)) + "\n" + dump(line(2)) + "\n", "line 3 is damaged (trial 1 is in it a second"),
+        (SOUND + dump(line(0)) + "\n", "line 3 is damaged (trial 0 is in it a second time)"),
+        (SOUND + '{"other": 1}\n', "line 3 is damaged ('trial' is missing)"),
+        (SOUND.replace('"trial": 1', '"trial": NaN'), "line 2 is damaged (NaN is no number)"),
+        (SOUND.replace('"trial": 1', '"trial": -1'), "'trial' must be a whole number from 0, not -1"),
+        (SOUND.replace('"trial": 1', '"trial": 1.0'), "'trial' must be a whole number from 0, not 1.0"),
+        (SOUND.replace('"trial": 1', '"trial": true'), "'trial' must be a whole number from 0, not True"),
+        (SOUND.replace('"trial": 1', '"trial": "1"'), "'trial' must be a whole number from 0, not '1'"),
+        (SOUND.replace('"trial": 1', '"lift_height": Infinity, "trial": 1'), "Infinity is no number"),
+        (
+            SOUND.replace('"trial": 1', '"lift_height": "a", "trial": 1'),
+            "'lift_height' must be a number, not",
+        ),
+        (
+            SOUND.replace('"trial": 1', '"rank": -1, "trial": 1'),
+            "'rank' must be a whole number from 0 or null",
+        ),
+        (SOUND.replace('"trial": 1', '"grasp": [], "trial": 1'), "'grasp' must be an object or null, not []"),
+        (SOUND.replace('"object": "mug"', '"object": 7'), "line 1 is damaged ('object' must be text, not 7)"),
+        (SOUND.replace('"category": "mug", ', ""), "line 1 is damaged ('category' is missing)"),
+        (
+            SOUND.replace('"outcome": "success"', '"outcome": "won"'),
+            "'outcome' must be one of success, no_grasp",
+        ),
+        (SOUND.replace('"outcome": "success"', '"outcome": ["success"]'), "'outcome' must be one of"),
+        (SOUND.replace("true", '"yes"'), "'success' must be true or false, not 'yes'"),
+        (SOUND.replace("true", "false"), "'success' is False where the outcome is 'success'"),
+        ("[1, 2]\n" + SOUND, "line 1 is damaged ([1, 2] is not a record)"),
+        ("5\n", "line 1 is damaged (5 is not a record)"),
+        ("\n" + SOUND, "line 1 is damaged"),
+        ("\udcff\n" + SOUND, "line 1 is damaged"),
+        ("[" * 100_000 + "\n" + SOUND, "line 1 is damaged (nested too deeply)"),
+        (" " * (1 << 21) + SOUND, "line 1 is damaged (longer than 1 MiB)"),
+    ],
+    ids=range(24),
+)
 def test_a_wrong_line_is_one_clear_error_wherever_it_is_read(
-        tmp_path: Path, content: str, message: str) -> None:
+    tmp_path: Path, content: str, message: str
+) -> None:
     write(tmp_path, [])
     path = tmp_path / "trials.jsonl"
     path.write_bytes(content.encode(errors="surrogateescape"))
@@ -331,11 +378,25 @@ def test_numbers_that_are_not_finite_are_never_written() -> None:
         dump({"trial": 0, "x": float("nan")})
 
 
-@pytest.mark.parametrize("content", [
-    "", "[]", "{}", "{broken", "\x00" * 40, "[" * 100_000, json.dumps(RUN | {"seed": "0"}),
-    json.dumps(RUN | {"trials": True}), json.dumps(RUN | {"scenario": "table4"}),
-    json.dumps(RUN | {"scenario": {}}), json.dumps(RUN | {"objects": []}), json.dumps(RUN | {"format": 2}),
-    json.dumps({k: v for k, v in RUN.items() if k != "renderer"})], ids=range(13))
+@pytest.mark.parametrize(
+    "content",
+    [
+        "",
+        "[]",
+        "{}",
+        "{broken",
+        "\x00" * 40,
+        "[" * 100_000,
+        json.dumps(RUN | {"seed": "0"}),
+        json.dumps(RUN | {"trials": True}),
+        json.dumps(RUN | {"scenario": "table4"}),
+        json.dumps(RUN | {"scenario": {}}),
+        json.dumps(RUN | {"objects": []}),
+        json.dumps(RUN | {"format": 2}),
+        json.dumps({k: v for k, v in RUN.items() if k != "renderer"}),
+    ],
+    ids=range(13),
+)
 def test_a_damaged_run_file_is_refused(tmp_path: Path, content: str) -> None:
     (tmp_path / "run.json").write_text(content)
     with pytest.raises(ResultsError, match=r"run\.json is damaged"):

@@ -46,8 +46,10 @@ def whole(tmp_path: Path) -> Path:
 
 
 def parts(tmp_path: Path, count: int = 3) -> list[Path]:
-    return [write_run(tmp_path / f"part{i}", wins=lambda t: t % 4 != 1, shard=Shard(i, count), order=-1)
-            for i in range(1, count + 1)]
+    return [
+        write_run(tmp_path / f"part{i}", wins=lambda t: t % 4 != 1, shard=Shard(i, count), order=-1)
+        for i in range(1, count + 1)
+    ]
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 9])
@@ -85,23 +87,32 @@ def test_a_trial_in_two_shards_with_the_same_record_is_kept_once(tmp_path: Path,
 
 
 def test_a_trial_in_two_shards_with_other_records_is_refused(tmp_path: Path) -> None:
-    other = write_run(tmp_path / "other", wins=lambda t: t % 4 != 1, only=[0, 3],
-                      change=lambda r: r | {"lift_height": 0.19})
+    other = write_run(
+        tmp_path / "other", wins=lambda t: t % 4 != 1, only=[0, 3], change=lambda r: r | {"lift_height": 0.19}
+    )
     with pytest.raises(ResultsError, match=r"disagree on trial 0 \(mug\) in .*part1 and .*other; trial 3"):
         merge(tmp_path / "merged", [*parts(tmp_path), other])
     assert not (tmp_path / "merged").exists()
 
 
-@pytest.mark.parametrize(("key", "value", "words"), [
-    ("seed", 5, r"the seed \(4 in .*part1, 5 in .*other\)"),
-    ("versions", {"mujoco": "3.18"}, r"the software versions \(mujoco: 3\.17 in"),
-    ("scenario", {"name": "table4", "gripper": {"force": 80}}, r"the scenario \(gripper only in .*other\)"),
-    ("weights", {"w": "ab"}, "the weights"),
-    ("trials", 12, "the number of trials"),
-    ("renderer", "egl", "the renderer"),
-])
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("seed", 5, r"the seed \(4 in .*part1, 5 in .*other\)"),
+        ("versions", {"mujoco": "3.18"}, r"the software versions \(mujoco: 3\.17 in"),
+        (
+            "scenario",
+            {"name": "table4", "gripper": {"force": 80}},
+            r"the scenario \(gripper only in .*other\)",
+        ),
+        ("weights", {"w": "ab"}, "the weights"),
+        ("trials", 12, "the number of trials"),
+        ("renderer", "egl", "the renderer"),
+    ],
+)
 def test_shards_of_other_settings_are_refused_by_what_differs(
-        tmp_path: Path, key: str, value: Any, words: str) -> None:
+    tmp_path: Path, key: str, value: Any, words: str
+) -> None:
     other = write_run(tmp_path / "other", only=[], **{key: value})
     with pytest.raises(ResultsError, match=f"are not of one run: {words}"):
         merge(tmp_path / "merged", [*parts(tmp_path), other])
@@ -114,12 +125,16 @@ def test_shards_of_different_machines_are_merged_with_a_word(tmp_path: Path) -> 
     assert "two in" in note
 
 
-@pytest.mark.parametrize(("shard", "change", "words"), [
-    (Shard(1, 3), {"object": "pot"}, "holds trial 0 on pot, which is none of its own"),
-    (Shard(1, 3), {"seed": 9}, "holds trial 0 of seed 9, but its run.json says 4"),
-])
+@pytest.mark.parametrize(
+    ("shard", "change", "words"),
+    [
+        (Shard(1, 3), {"object": "pot"}, "holds trial 0 on pot, which is none of its own"),
+        (Shard(1, 3), {"seed": 9}, "holds trial 0 of seed 9, but its run.json says 4"),
+    ],
+)
 def test_a_folder_whose_files_were_mixed_up_is_refused(
-        tmp_path: Path, shard: Shard, change: dict, words: str) -> None:
+    tmp_path: Path, shard: Shard, change: dict, words: str
+) -> None:
     mixed = write_run(tmp_path / "mixed", shard=shard, change=lambda r: r | change)
     with pytest.raises(ResultsError, match=words):
         merge(tmp_path / "merged", [mixed])
@@ -133,8 +148,9 @@ def test_a_trial_of_another_shard_is_refused(tmp_path: Path) -> None:
         merge(tmp_path / "merged", [folder])
 
 
-@pytest.mark.parametrize("change", [{"shard": "4/3"}, {"shard": 1}, {"trials": 0}, {"trials": 10**12},
-                                    {"objects": {}}])
+@pytest.mark.parametrize(
+    "change", [{"shard": "4/3"}, {"shard": 1}, {"trials": 0}, {"trials": 10**12}, {"objects": {}}]
+)
 def test_damaged_run_files_of_shards_are_refused(tmp_path: Path, change: dict) -> None:
     folder = write_run(tmp_path / "part", only=[])
     (folder / "run.json").write_text(json.dumps(load_run(folder) | change))

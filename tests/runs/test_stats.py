@@ -23,16 +23,19 @@ from grasp_bench.runs.statistics import (
 )
 
 
-@pytest.mark.parametrize(("successes", "trials", "interval"), [
-    (168, 180, (0.887, 0.961)),
-    (110, 120, (0.853, 0.954)),
-    (0, 10, (0.0, 0.278)),
-    (10, 10, (0.722, 1.0)),
-    (81, 263, (0.255, 0.366)),  # Newcombe, Statistics in Medicine 17 (1998), table I
-    (15, 148, (0.062, 0.160)),
-    (0, 20, (0.0, 0.161)),
-    (1, 29, (0.006, 0.172)),
-])
+@pytest.mark.parametrize(
+    ("successes", "trials", "interval"),
+    [
+        (168, 180, (0.887, 0.961)),
+        (110, 120, (0.853, 0.954)),
+        (0, 10, (0.0, 0.278)),
+        (10, 10, (0.722, 1.0)),
+        (81, 263, (0.255, 0.366)),  # Newcombe, Statistics in Medicine 17 (1998), table I
+        (15, 148, (0.062, 0.160)),
+        (0, 20, (0.0, 0.161)),
+        (1, 29, (0.006, 0.172)),
+    ],
+)
 def test_wilson_intervals_agree_with_published_values(successes: int, trials: int, interval) -> None:
     assert wilson(successes, trials) == pytest.approx(interval, abs=6e-4)
 
@@ -67,14 +70,17 @@ def test_wilson_refuses_impossible_counts(successes: int, trials: int) -> None:
         wilson(successes, trials)
 
 
-@pytest.mark.parametrize(("first", "second", "p"), [
-    (0, 0, 1.0),
-    (5, 0, 2 / 2**5),
-    (0, 5, 2 / 2**5),
-    (9, 1, 2 * (1 + 10) / 2**10),
-    (4, 4, 1.0),
-    (12, 3, 2 * (1 + 15 + 105 + 455) / 2**15),
-])
+@pytest.mark.parametrize(
+    ("first", "second", "p"),
+    [
+        (0, 0, 1.0),
+        (5, 0, 2 / 2**5),
+        (0, 5, 2 / 2**5),
+        (9, 1, 2 * (1 + 10) / 2**10),
+        (4, 4, 1.0),
+        (12, 3, 2 * (1 + 15 + 105 + 455) / 2**15),
+    ],
+)
 def test_mcnemar_agrees_with_binomial_sums_by_hand(first: int, second: int, p: float) -> None:
     assert mcnemar(first, second) == pytest.approx(p)
 
@@ -88,23 +94,30 @@ def test_mcnemar_is_symmetric_and_a_probability(first: int, second: int) -> None
 
 # ---------------------------------------------------------------- two runs on the same trials
 
-@pytest.mark.parametrize(("lost", "gained", "p"), [
-    (0, 0, 1.0), (5, 0, 1 / 2**5), (0, 5, 1.0), (9, 1, 11 / 2**10), (4, 4, 163 / 2**8)])
+
+@pytest.mark.parametrize(
+    ("lost", "gained", "p"),
+    [(0, 0, 1.0), (5, 0, 1 / 2**5), (0, 5, 1.0), (9, 1, 11 / 2**10), (4, 4, 163 / 2**8)],
+)
 def test_the_one_sided_test_agrees_with_binomial_sums_by_hand(lost: int, gained: int, p: float) -> None:
     assert mcnemar_worse(lost, gained) == pytest.approx(p)
 
 
-@pytest.mark.parametrize(("lost", "gained", "trials", "confidence", "interval"), [
-    # Airway hyper-responsiveness of 21 children before and after stem cell transplantation (Bentur et al.
-    # 2009) with Tango's interval as in Fagerland, Lydersen & Laake, Statistics in Medicine 33 (2014) 2850.
-    (7, 1, 21, 0.95, (-0.517, -0.026)),
-    # R's PropCIs 0.3-0, scoreci.mp(b, c, n), which gives (c − b)/n.
-    (25, 28, 618, 0.90, (-0.0148, 0.0247)),
-    (60, 20, 1000, 0.95, (-0.0584, -0.0231)),
-    (41, 48, 549, 0.90, (-0.0157, 0.0414)),
-])
+@pytest.mark.parametrize(
+    ("lost", "gained", "trials", "confidence", "interval"),
+    [
+        # Airway hyper-responsiveness of 21 children before and after stem cell transplantation (Bentur et
+        # al. 2009) with Tango's interval as in Fagerland, Lydersen & Laake, Stat. in Medicine 33 (2014) 2850.
+        (7, 1, 21, 0.95, (-0.517, -0.026)),
+        # R's PropCIs 0.3-0, scoreci.mp(b, c, n), which gives (c − b)/n.
+        (25, 28, 618, 0.90, (-0.0148, 0.0247)),
+        (60, 20, 1000, 0.95, (-0.0584, -0.0231)),
+        (41, 48, 549, 0.90, (-0.0157, 0.0414)),
+    ],
+)
 def test_paired_intervals_agree_with_published_values(
-        lost: int, gained: int, trials: int, confidence: float, interval) -> None:
+    lost: int, gained: int, trials: int, confidence: float, interval
+) -> None:
     assert paired_interval(Pairs(lost, gained, trials), confidence) == pytest.approx(interval, abs=6e-4)
 
 
@@ -116,8 +129,11 @@ def test_without_any_change_the_paired_interval_has_a_closed_form(n: int) -> Non
     assert paired_interval(Pairs(0, 0, n), 0.9) == pytest.approx((-limit, limit), rel=1e-6)
 
 
-counts = st.integers(1, 300).flatmap(lambda n: st.integers(0, n).flatmap(
-    lambda lost: st.tuples(st.just(lost), st.integers(0, n - lost), st.just(n))))
+counts = st.integers(1, 300).flatmap(
+    lambda n: st.integers(0, n).flatmap(
+        lambda lost: st.tuples(st.just(lost), st.integers(0, n - lost), st.just(n))
+    )
+)
 
 
 @given(counts)
@@ -132,7 +148,8 @@ def test_paired_intervals_hold_the_estimate_and_mirror(found: tuple[int, int, in
 
 @given(counts, st.floats(0.005, 0.5))
 def test_the_interval_and_the_test_of_non_inferiority_agree(
-        found: tuple[int, int, int], margin: float) -> None:
+    found: tuple[int, int, int], margin: float
+) -> None:
     pairs = Pairs(*found)
     low, _ = paired_interval(pairs, 0.9)
     p = non_inferiority(pairs, margin)
@@ -164,8 +181,13 @@ def test_a_drop_of_the_margin_is_seldom_declared_harmless(n: int, gained: float)
     margin = 0.05
     table = shares_of(margin + gained, gained, n)
     assert table.sum() == pytest.approx(1)
-    rejected = np.array([[i + j <= n and non_inferiority(Pairs(i, j, n), margin) <= 0.05
-                          for j in range(n + 1)] for i in range(n + 1) if i < 60])
+    rejected = np.array(
+        [
+            [i + j <= n and non_inferiority(Pairs(i, j, n), margin) <= 0.05 for j in range(n + 1)]
+            for i in range(n + 1)
+            if i < 60
+        ]
+    )
     assert float((table[:60] * rejected).sum()) < 0.058
 
 
@@ -207,7 +229,8 @@ def test_more_trials_see_smaller_drops_and_few_see_none() -> None:
 
 @pytest.mark.parametrize(("new", "power"), [(0.90, 0.44), (0.88, 0.76), (0.85, 0.97)])
 def test_a_single_rate_against_a_fixed_one_has_the_power_of_the_binomial_test(
-        new: float, power: float) -> None:
+    new: float, power: float
+) -> None:
     """180 trials against 93.3 %: fewer than 162 successes are a drop at 5 %."""
     assert int(binom.ppf(0.05, 180, 168 / 180)) == 162
     assert float(binom.cdf(161, 180, new)) == pytest.approx(power, abs=0.01)

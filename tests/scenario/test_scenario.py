@@ -60,20 +60,23 @@ def test_an_unknown_section_is_named_with_the_nearest(tmp_path: Path) -> None:
     assert "Did you mean gripper" in message
 
 
-@pytest.mark.parametrize(("text", "key"), [
-    ("gripper: {force: strong}", "gripper.force"),
-    ("gripper: {force: 500}", "gripper.force"),
-    ("gripper: {force: .nan}", "gripper.force"),
-    ("motion: {lift_height: .inf}", "motion.lift_height"),
-    ("motion: {speed_fraction: 0}", "motion.speed_fraction"),
-    ("sensor: {mixed_pixels: 1.5}", "sensor.mixed_pixels"),
-    ("camera: {width: 640.5}", "camera.width"),
-    ("camera: {position: [0, 1]}", "camera.position"),
-    ("physics: {timestep: 0.01}", "physics.timestep"),
-    ("trial_timeout: -1", "trial_timeout"),
-    ("version: 2", "version"),
-    ("gripper: 60", "gripper"),
-])
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        ("gripper: {force: strong}", "gripper.force"),
+        ("gripper: {force: 500}", "gripper.force"),
+        ("gripper: {force: .nan}", "gripper.force"),
+        ("motion: {lift_height: .inf}", "motion.lift_height"),
+        ("motion: {speed_fraction: 0}", "motion.speed_fraction"),
+        ("sensor: {mixed_pixels: 1.5}", "sensor.mixed_pixels"),
+        ("camera: {width: 640.5}", "camera.width"),
+        ("camera: {position: [0, 1]}", "camera.position"),
+        ("physics: {timestep: 0.01}", "physics.timestep"),
+        ("trial_timeout: -1", "trial_timeout"),
+        ("version: 2", "version"),
+        ("gripper: 60", "gripper"),
+    ],
+)
 def test_a_wrong_value_is_named_with_its_key_and_itself(tmp_path: Path, text: str, key: str) -> None:
     message = refusal(tmp_path, text)
     assert f": {key}" in message
@@ -86,12 +89,15 @@ def test_all_faults_of_a_file_are_named_at_once(tmp_path: Path) -> None:
     assert "motion.hold_time" in message
 
 
-@pytest.mark.parametrize(("text", "words"), [
-    ("sensor: {minimum_range: 3.0}", "minimum_range must be below"),
-    ("success: {minimum_lift: 0.2}", "minimum_lift must be below"),
-    ("camera: {image_up: [0, 0, 1]}", "parallel"),
-    ("camera: {target: [0.5, 0, 0.55]}", "coincide"),
-])
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("sensor: {minimum_range: 3.0}", "minimum_range must be below"),
+        ("success: {minimum_lift: 0.2}", "minimum_lift must be below"),
+        ("camera: {image_up: [0, 0, 1]}", "parallel"),
+        ("camera: {target: [0.5, 0, 0.55]}", "coincide"),
+    ],
+)
 def test_values_that_contradict_each_other_are_refused(tmp_path: Path, text: str, words: str) -> None:
     assert words in refusal(tmp_path, text)
 

@@ -21,9 +21,15 @@ def test_the_same_key_gives_the_same_numbers() -> None:
     np.testing.assert_array_equal(draw(*KEY), draw(*KEY))
 
 
-@pytest.mark.parametrize("other", [
-    (8, "mug", 3, Purpose.POSE), (7, "cup", 3, Purpose.POSE), (7, "mug", 4, Purpose.POSE),
-    (7, "mug", 3, Purpose.SENSOR)])
+@pytest.mark.parametrize(
+    "other",
+    [
+        (8, "mug", 3, Purpose.POSE),
+        (7, "cup", 3, Purpose.POSE),
+        (7, "mug", 4, Purpose.POSE),
+        (7, "mug", 3, Purpose.SENSOR),
+    ],
+)
 def test_every_part_of_the_key_matters(other) -> None:
     assert not np.array_equal(draw(*KEY), draw(*other))
 

@@ -20,8 +20,18 @@ from grasp_bench.scene.builder import compile_mjcf, compose
 from grasp_bench.scene.hulls import merged
 from grasp_bench.trials.attempt import Workcell, miscalibrated
 
-SUITE = {"adversarial", "calibration-error", "clutter", "dim-light", "heavy", "ideal", "low-friction",
-         "noisy", "table4", "tilted-camera"}
+SUITE = {
+    "adversarial",
+    "calibration-error",
+    "clutter",
+    "dim-light",
+    "heavy",
+    "ideal",
+    "low-friction",
+    "noisy",
+    "table4",
+    "tilted-camera",
+}
 
 
 def file(folder: Path, name: str, text: str) -> str:
@@ -32,6 +42,7 @@ def file(folder: Path, name: str, text: str) -> str:
 
 # ---------------------------------------------------------------- files
 
+
 def test_the_suite_is_shipped_and_every_member_says_what_it_is() -> None:
     assert set(scenario_names()) >= SUITE
     assert all(load_scenario(n).description for n in SUITE)
@@ -40,13 +51,22 @@ def test_the_suite_is_shipped_and_every_member_says_what_it_is() -> None:
 
 def test_members_differ_from_the_reference_in_what_they_are_named_for() -> None:
     table4 = load_scenario("table4")
-    changed = {n: {k for k, v in load_scenario(n) if v != getattr(table4, k)} - {"name", "description"}
-               for n in SUITE}
+    changed = {
+        n: {k for k, v in load_scenario(n) if v != getattr(table4, k)} - {"name", "description"}
+        for n in SUITE
+    }
     assert changed == {
-        "table4": set(), "adversarial": {"objects"}, "calibration-error": {"calibration"},
-        "clutter": {"clutter", "trial_timeout"}, "dim-light": {"light", "sensor"}, "heavy": {"objects"},
-        "ideal": {"sensor"}, "low-friction": {"gripper", "table"}, "noisy": {"sensor"},
-        "tilted-camera": {"camera"}}
+        "table4": set(),
+        "adversarial": {"objects"},
+        "calibration-error": {"calibration"},
+        "clutter": {"clutter", "trial_timeout"},
+        "dim-light": {"light", "sensor"},
+        "heavy": {"objects"},
+        "ideal": {"sensor"},
+        "low-friction": {"gripper", "table"},
+        "noisy": {"sensor"},
+        "tilted-camera": {"camera"},
+    }
 
 
 def test_the_tilted_camera_is_as_far_away_as_the_reference_and_30_degrees_off() -> None:
@@ -77,18 +97,21 @@ def test_a_preset_is_not_overlaid_by_what_is_extended(tmp_path: Path) -> None:
     assert (kept.sensor.axial_sigma, kept.sensor.rgb_sigma) == (0.002, 1)
 
 
-@pytest.mark.parametrize(("text", "words"), [
-    ("extends: tabel4\n", "Did you mean table4"),
-    ("extends: a.yaml\n", "extends this file in turn"),
-    ("extends: [table4]\n", "must name a scenario"),
-    ("extends: gone.yaml\n", "does not exist"),
-    ("extends: table4\nclutter: {fewest: 9, most: 4}\n", "must not be above"),
-    ("extends: table4\nclutter: {fewst: 4}\n", "Did you mean fewest"),
-    ("sensor: {preset: kinect}\n", "azure-kinect"),
-    ("sensor: {distant_onset: 9, distant_dropout: 0.1}\n", "distant_onset must be below"),
-    ("calibration: {drawn: sometimes}\n", "'run' or 'trial'"),
-    ("objects: {names: 7}\n", "objects.names"),
-])
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("extends: tabel4\n", "Did you mean table4"),
+        ("extends: a.yaml\n", "extends this file in turn"),
+        ("extends: [table4]\n", "must name a scenario"),
+        ("extends: gone.yaml\n", "does not exist"),
+        ("extends: table4\nclutter: {fewest: 9, most: 4}\n", "must not be above"),
+        ("extends: table4\nclutter: {fewst: 4}\n", "Did you mean fewest"),
+        ("sensor: {preset: kinect}\n", "azure-kinect"),
+        ("sensor: {distant_onset: 9, distant_dropout: 0.1}\n", "distant_onset must be below"),
+        ("calibration: {drawn: sometimes}\n", "'run' or 'trial'"),
+        ("objects: {names: 7}\n", "objects.names"),
+    ],
+)
 def test_what_is_wrong_with_a_file_is_said(tmp_path: Path, text: str, words: str) -> None:
     with pytest.raises(ScenarioError, match=r"a\.yaml|gone\.yaml") as caught:
         load_scenario(file(tmp_path, "a.yaml", text))
@@ -101,6 +124,7 @@ def test_a_list_of_objects_needs_no_reasons(tmp_path: Path) -> None:
 
 
 # ---------------------------------------------------------------- single values
+
 
 def test_any_value_can_be_replaced_by_its_dotted_name(table4: Scenario) -> None:
     made = with_value(table4, "physics.timestep", 0.001)
@@ -128,6 +152,7 @@ def test_wrong_names_and_values_are_refused_with_the_nearest(table4: Scenario) -
 
 # ---------------------------------------------------------------- calibration
 
+
 def test_a_calibration_error_has_its_size_and_every_direction(table4: Scenario) -> None:
     nominal = table4.camera.pose
     calibration = Calibration(position_mm=4.0, rotation_deg=1.5)
@@ -137,8 +162,10 @@ def test_a_calibration_error_has_its_size_and_every_direction(table4: Scenario) 
     turns = np.array([p.rotation @ nominal.rotation.T for p in poses])
     angles = np.degrees(np.arccos((np.trace(turns, axis1=1, axis2=2) - 1) / 2))
     np.testing.assert_allclose(angles, 1.5, rtol=1e-6)
-    axes = np.stack([turns[:, 2, 1] - turns[:, 1, 2], turns[:, 0, 2] - turns[:, 2, 0],
-                     turns[:, 1, 0] - turns[:, 0, 1]], axis=1) / (2 * math.sin(math.radians(1.5)))
+    axes = np.stack(
+        [turns[:, 2, 1] - turns[:, 1, 2], turns[:, 0, 2] - turns[:, 2, 0], turns[:, 1, 0] - turns[:, 0, 1]],
+        axis=1,
+    ) / (2 * math.sin(math.radians(1.5)))
     for directions in (shifts / 0.004, axes):  # uniform on the sphere: mean 0, each square 1/3
         assert np.abs(directions.mean(0)).max() < 0.1
         np.testing.assert_allclose((directions**2).mean(0), 1 / 3, atol=0.06)
@@ -154,11 +181,13 @@ def test_calibration_is_drawn_once_a_run_or_anew_each_trial(table4: Scenario) ->
 
     assert place(each, 0, "egg", 0) == place(each, 0, "egg", 0) != place(each, 0, "egg", 1)
     assert place(once, 0, "egg", 0) == place(once, 0, "pear", 1) != place(once, 1, "egg", 0)
-    assert Workcell(table4).true_camera(0, "egg", 0).pose is Workcell(table4).camera.pose or \
-        place(Workcell(table4), 0, "egg", 0) == list(table4.camera.position)
+    assert Workcell(table4).true_camera(0, "egg", 0).pose is Workcell(table4).camera.pose or place(
+        Workcell(table4), 0, "egg", 0
+    ) == list(table4.camera.position)
 
 
 # ---------------------------------------------------------------- mass and hulls
+
 
 def test_mass_and_inertia_are_scaled_together(table4: Scenario, models: dict[str, ObjectModel]) -> None:
     scaled = [with_value(table4, "objects.mass_scale", s) for s in (1.0, 3.0)]
@@ -197,6 +226,7 @@ def test_max_hulls_reaches_the_model(table4: Scenario) -> None:
 
 
 # ---------------------------------------------------------------- commands
+
 
 def test_scenarios_are_listed_with_what_they_are() -> None:
     listed = json.loads(CliRunner().invoke(app, ["scenarios", "--json"]).stdout)

@@ -14,13 +14,7 @@ from grasp_bench.camera import CameraPose, Intrinsics
 from grasp_bench.errors import GraspBenchError, UnknownNameError
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import compile_scene
-from grasp_bench.scene.rendering import (
-    Picture,
-    SceneCamera,
-    geom_colors,
-    incidence_cosine,
-    raycast,
-)
+from grasp_bench.scene.rendering import Picture, SceneCamera, geom_colors, incidence_cosine, raycast
 from grasp_bench.scene.world import World
 from grasp_bench.system.graphics import RENDERERS, available, resolve_renderer
 
@@ -62,8 +56,10 @@ def box_depth(camera: CameraPose, low: np.ndarray, high: np.ndarray) -> np.ndarr
 
 @pytest.mark.parametrize("camera", [ABOVE, SLANTED])
 def test_ray_cast_depth_of_known_boxes_is_exact(scene, camera: CameraPose) -> None:
-    truth = np.minimum(box_depth(camera, np.array([-0.15, -0.12, -0.02]), np.array([0.15, 0.12, 0.0])),
-                       box_depth(camera, np.array([-0.04, -0.02, 0.0]), np.array([0.04, 0.02, 0.06])))
+    truth = np.minimum(
+        box_depth(camera, np.array([-0.15, -0.12, -0.02]), np.array([0.15, 0.12, 0.0])),
+        box_depth(camera, np.array([-0.04, -0.02, 0.0]), np.array([0.04, 0.02, 0.06])),
+    )
     picture = cast(scene, camera)
     depth = picture.depth
     assert (np.isfinite(truth) == (depth > 0)).all()
@@ -110,7 +106,8 @@ def test_the_cosine_estimated_from_depth_is_the_true_one_away_from_edges() -> No
 def test_rays_pass_through_an_excluded_body() -> None:
     model = mujoco.MjModel.from_xml_string(
         '<mujoco><worldbody><geom type="plane" size="1 1 1"/><body name="b" pos="0 0 0.2"><geom size="0.1"/>'
-        "</body></worldbody></mujoco>")
+        "</body></worldbody></mujoco>"
+    )
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     down = K.rays() @ ABOVE.rotation.T
@@ -138,7 +135,8 @@ def test_casting_only_what_changed_gives_the_same_picture(scenario: Scenario, mo
 def test_a_material_gives_its_colour_to_its_geoms() -> None:
     model = mujoco.MjModel.from_xml_string(
         '<mujoco><asset><material name="m" rgba="0.1 0.2 0.3 1"/></asset><worldbody>'
-        '<geom size="0.1" material="m"/><geom size="0.1" rgba="0.4 0.5 0.6 1"/></worldbody></mujoco>')
+        '<geom size="0.1" material="m"/><geom size="0.1" rgba="0.4 0.5 0.6 1"/></worldbody></mujoco>'
+    )
     np.testing.assert_allclose(geom_colors(model), [[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]])
 
 
@@ -197,8 +195,13 @@ print(np.median(difference), (difference < 1e-3).mean(), seen)
 def test_opengl_and_the_ray_caster_see_the_same(toy_catalog, backend: str) -> None:
     if backend not in available():
         pytest.skip(f"no {backend} library is installed")
-    done = subprocess.run([sys.executable, "-c", COMPARE, str(toy_catalog), backend], text=True,
-                          capture_output=True, timeout=120, env=os.environ | {"MUJOCO_GL": backend})
+    done = subprocess.run(
+        [sys.executable, "-c", COMPARE, str(toy_catalog), backend],
+        text=True,
+        capture_output=True,
+        timeout=120,
+        env=os.environ | {"MUJOCO_GL": backend},
+    )
     assert done.returncode == 0, done.stderr
     median, near, seen = map(float, done.stdout.split())
     assert median < 1e-4

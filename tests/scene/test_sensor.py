@@ -15,8 +15,16 @@ from grasp_bench.scene.sensor import sense
 
 H, W = 240, 320
 K = Intrinsics.from_fov(W, H, np.radians(60))
-SILENT = {"axial_sigma": 0, "axial_sigma_per_metre": 0, "lateral_sigma_px": 0, "mixed_pixels": 0,
-          "edge_dropout": 0, "grazing_dropout": 0, "speckle_dropout": 0, "rgb_sigma": 0}
+SILENT = {
+    "axial_sigma": 0,
+    "axial_sigma_per_metre": 0,
+    "lateral_sigma_px": 0,
+    "mixed_pixels": 0,
+    "edge_dropout": 0,
+    "grazing_dropout": 0,
+    "speckle_dropout": 0,
+    "rgb_sigma": 0,
+}
 GREY = np.full((H, W, 3), 128, np.uint8)
 
 
@@ -28,8 +36,9 @@ def perfect(depth: np.ndarray, rgb: np.ndarray = GREY, cosine: np.ndarray | None
     return Picture(rgb, depth, face_on if cosine is None else cosine, geom)
 
 
-def seen(depth: np.ndarray, seed: int = 0, rgb: np.ndarray = GREY, cosine: np.ndarray | None = None,
-         **terms: Any) -> RgbdImage:
+def seen(
+    depth: np.ndarray, seed: int = 0, rgb: np.ndarray = GREY, cosine: np.ndarray | None = None, **terms: Any
+) -> RgbdImage:
     """What a sensor with only these noise terms makes of a perfect image."""
     sensor = Sensor.model_validate(SILENT | terms)
     return sense(perfect(depth, rgb, cosine), K, sensor, np.random.default_rng(seed))

@@ -31,6 +31,7 @@ def covered(albedo: float = 1.0, roughness: float = 1.0, seed: int = 0, **terms:
 
 # ---------------------------------------------------------------- depth
 
+
 def test_bias_is_added_to_every_reading() -> None:
     depth = seen(wall(0.8), bias=0.003, bias_per_metre=0.001).depth
     np.testing.assert_allclose(depth, 0.8 + 0.003 + 0.0008, atol=1e-6)
@@ -46,8 +47,8 @@ def test_depth_comes_in_steps_that_grow_with_its_square() -> None:
     depth = seen(ramp, depth_step_per_metre2=0.00285, edge_step=1).depth[0]
     levels = np.unique(depth)
     steps, at = np.diff(levels), (levels[1:] + levels[:-1]) / 2
-    np.testing.assert_allclose(steps[at > 1.4], 0.00285 * at[at > 1.4]**2, rtol=0.02)
-    assert (np.abs(depth - ramp[0]) <= 0.00285 * ramp[0]**2 / 2 * 1.01).all()
+    np.testing.assert_allclose(steps[at > 1.4], 0.00285 * at[at > 1.4] ** 2, rtol=0.02)
+    assert (np.abs(depth - ramp[0]) <= 0.00285 * ramp[0] ** 2 / 2 * 1.01).all()
 
 
 @pytest.mark.parametrize(("albedo", "share"), [(0.0, 0.6), (0.05, 0.4), (0.15, 0.0), (0.8, 0.0)])
@@ -70,7 +71,7 @@ def test_distant_surfaces_lose_a_share_that_grows_to_the_maximum_range(distance:
 
 def test_unreflected_readings_are_lost_in_patches_of_the_stated_size() -> None:
     lost = covered(albedo=0, dark_dropout=0.5, patch_px=8)
-    blocks = lost[:H // 8 * 8, :W // 8 * 8].reshape(H // 8, 8, W // 8, 8).mean((1, 3))
+    blocks = lost[: H // 8 * 8, : W // 8 * 8].reshape(H // 8, 8, W // 8, 8).mean((1, 3))
     assert set(np.unique(blocks)) == {0.0, 1.0}
     assert blocks.mean() == pytest.approx(0.5, abs=0.05)
 
@@ -109,6 +110,7 @@ def test_new_terms_leave_the_numbers_of_the_others_alone() -> None:
 
 # ---------------------------------------------------------------- colour
 
+
 def test_a_dim_scene_is_darker_and_exposure_makes_up_for_it() -> None:
     assert (lit(0.25).rgb == 32).all()
     assert (lit(0.25, exposure=4.0).rgb == 128).all()
@@ -127,14 +129,16 @@ def test_white_balance_scales_channels() -> None:
 
 
 def test_exposure_and_balance_vary_from_picture_to_picture_by_their_sigmas() -> None:
-    made = np.log([lit(seed=i, exposure_sigma=0.1, white_balance_sigma=0.05).rgb.mean((0, 1)) / 128
-                   for i in range(150)])
+    made = np.log(
+        [lit(seed=i, exposure_sigma=0.1, white_balance_sigma=0.05).rgb.mean((0, 1)) / 128 for i in range(150)]
+    )
     assert made.mean() == pytest.approx(0, abs=0.02)
     assert (made - made.mean(1, keepdims=True)).std() == pytest.approx(0.05 * np.sqrt(2 / 3), rel=0.2)
     assert made.mean(1).std() == pytest.approx(np.sqrt(0.1**2 + 0.05**2 / 3), rel=0.2)
 
 
 # ---------------------------------------------------------------- surfaces and presets
+
 
 def test_surfaces_tell_black_from_white_and_polished_from_matt() -> None:
     model = mujoco.MjModel.from_xml_string("""<mujoco><size nuser_geom="1"/><worldbody>

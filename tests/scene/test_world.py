@@ -52,7 +52,7 @@ def test_a_divergence_is_found_at_the_same_step() -> None:
         world.observer = observer
         motion = a_motion()
         wild = motion.positions.copy()
-        wild[len(wild) // 2:] = np.nan
+        wild[len(wild) // 2 :] = np.nan
         with pytest.raises(UnstableError, match="MuJoCo warning"):
             world.follow(Trajectory(wild, motion.velocities), 0.04)
         steps.append(world.steps)

@@ -35,6 +35,7 @@ REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
 
 # --- statistics ---------------------------------------------------------------------------
 
+
 def test_holm_by_hand() -> None:
     assert holm([0.01, 0.04, 0.03]) == pytest.approx([0.03, 0.06, 0.06])
     assert holm([0.5, 0.9]) == [1.0, 1.0]
@@ -68,6 +69,7 @@ def test_connor_by_hand() -> None:
 
 # --- tables -------------------------------------------------------------------------------
 
+
 def test_reference_runs_compared() -> None:
     found = compare(sorted(REFERENCE.iterdir()))
     rows = {r["predictor"]: r for r in found["rows"]}
@@ -92,7 +94,9 @@ def test_ablations_are_compared_with_the_network_of_their_budget() -> None:
     assert [r["predictor"] for r in others] == ["htc-grasp-no-ea", "htc-grasp-no-ca", "htc-grasp-plain"]
     assert not any("trials" in r for r in others), "not among these runs"
     assert [r[:4] for r in tables(found, [])[-1].rows[1:3]] == [
-        ["htc-grasp-no-ea", "", "✓", "not measured"], ["htc-grasp-no-ca", "✓", "", "not measured"]]
+        ["htc-grasp-no-ea", "", "✓", "not measured"],
+        ["htc-grasp-no-ca", "✓", "", "not measured"],
+    ]
 
 
 def test_an_ablation_counts_what_only_one_lifted(tmp_path: Path) -> None:
@@ -135,10 +139,22 @@ def test_other_trials_are_refused(tmp_path: Path) -> None:
 
 
 def evaluation(**changes: Any) -> dict[str, Any]:
-    return {"format": 1, "kind": "evaluation", "predictor": "htc-grasp", "dataset": "cornell",
-            "split": "object", "protocol": "strict", "conventions": {"window": "…"}, "folds": [],
-            "how": "all images once", "images_in_full": 885, "correct": 30, "images": 40,
-            "weights": {"input": "rgbd 224"}, "latency_ms": {"median": 50.0, "cpu_median": 48.0}} | changes
+    return {
+        "format": 1,
+        "kind": "evaluation",
+        "predictor": "htc-grasp",
+        "dataset": "cornell",
+        "split": "object",
+        "protocol": "strict",
+        "conventions": {"window": "…"},
+        "folds": [],
+        "how": "all images once",
+        "images_in_full": 885,
+        "correct": 30,
+        "images": 40,
+        "weights": {"input": "rgbd 224"},
+        "latency_ms": {"median": 50.0, "cpu_median": 48.0},
+    } | changes
 
 
 def test_command_prints_what_is_there(tmp_path: Path) -> None:
@@ -148,11 +164,18 @@ def test_command_prints_what_is_there(tmp_path: Path) -> None:
     (tmp_path / "e" / "b.json").write_text(json.dumps(other))
     common = ["bench-table", "--no-run", "--folder", str(REFERENCE), "--evaluations", str(tmp_path / "e")]
     text = CliRunner().invoke(app, [*common, "--format", "markdown"]).stdout
-    for title in ("Table 4, re-measured: table4, seed 0", "What was trained on what", "Table 1, re-measured",
-                  "Table 2, re-measured", "Table 3, re-measured", "Table 3's ablations on the"):
+    for title in (
+        "Table 4, re-measured: table4, seed 0",
+        "What was trained on what",
+        "Table 1, re-measured",
+        "Table 2, re-measured",
+        "Table 3, re-measured",
+        "Table 3's ablations on the",
+    ):
         assert f"## {title}" in text
-    assert ("| htc-grasp, zero-shot | RGB-D |  | 75.0% | 30/40 | 59.8% – 85.8% | 48 | 40 of 885 strict |"
-            in text)
+    assert (
+        "| htc-grasp, zero-shot | RGB-D |  | 75.0% | 30/40 | 59.8% – 85.8% | 48 | 40 of 885 strict |" in text
+    )
     assert "| Cornell | ✓ | ✓ | 98.3% | 75.0% | 30/40 |" in text
     assert "| Jacquard | ✓ |  | 94.2% | 75.0% | 30/40 |" in text
     out = tmp_path / "deep" / "table.txt"
@@ -163,8 +186,10 @@ def test_command_prints_what_is_there(tmp_path: Path) -> None:
 
 
 def test_only_weights_that_saw_nothing_real_are_called_zero_shot() -> None:
-    seen = [{"input": "rgbd 224", "data": {"folders": ["synth", "cornell"], "real": ["cornell"]}, "steps": 5},
-            {"input": "rgbd 224", "trained": {"real_images": 32}}]
+    seen = [
+        {"input": "rgbd 224", "data": {"folders": ["synth", "cornell"], "real": ["cornell"]}, "steps": 5},
+        {"input": "rgbd 224", "trained": {"real_images": 32}},
+    ]
     for weights in seen:
         row = accuracy_table("cornell", [evaluation(weights=weights)]).rows[-1]
         assert row[0] == "htc-grasp, weights that saw real images"
@@ -208,13 +233,16 @@ def test_weights_that_were_replaced_are_not_told_of() -> None:
 
 def test_time_of_a_training(tmp_path: Path) -> None:
     path = tmp_path / "log.jsonl"
-    path.write_text('{"step": 20, "samples_per_second": 8}\n{"step": 20, "hits": 3}\n'
-                    '{"step": 40, "samples_per_second": 16}\n')
+    path.write_text(
+        '{"step": 20, "samples_per_second": 8}\n{"step": 20, "hits": 3}\n'
+        '{"step": 40, "samples_per_second": 16}\n'
+    )
     assert training_seconds(path, 16) == pytest.approx(20 * 16 / 8 + 20 * 16 / 16)
     assert training_seconds(tmp_path / "none.jsonl", 16) is None
 
 
 # --- export -------------------------------------------------------------------------------
+
 
 def test_exported_scenes_read_back_as_jacquard(tmp_path: Path) -> None:
     made = generate(tmp_path / "synth", 3, 4, SynthConfig(tries=8), workers=1)

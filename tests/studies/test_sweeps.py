@@ -22,16 +22,25 @@ from grasp_bench.studies.sweep import Sweep, read_values, save, sweep, varied
 from grasp_bench.studies.sweep_chart import as_html, as_svg
 
 
-@pytest.mark.parametrize(("text", "values"), [
-    ("0,0.001,0.002", [0, 0.001, 0.002]), ("1e-3,2E-3,-1.5e2", [0.001, 0.002, -150.0]),
-    ("run,trial", ["run", "trial"]), ("[0.5, 0, 0.5],[0.5, 0, 0.6]", [[0.5, 0, 0.5], [0.5, 0, 0.6]]),
-    ("20", [20]), ("true,false", [True, False])])
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("0,0.001,0.002", [0, 0.001, 0.002]),
+        ("1e-3,2E-3,-1.5e2", [0.001, 0.002, -150.0]),
+        ("run,trial", ["run", "trial"]),
+        ("[0.5, 0, 0.5],[0.5, 0, 0.6]", [[0.5, 0, 0.5], [0.5, 0, 0.6]]),
+        ("20", [20]),
+        ("true,false", [True, False]),
+    ],
+)
 def test_values_are_read_as_scenario_files_are(text: str, values: list[Any]) -> None:
     assert read_values(text) == values
 
 
-@pytest.mark.parametrize(("text", "words"), [
-    ("", "at least one"), ("1,,2", "must be like"), ("1,1", "twice"), ("[1", "must be like")])
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [("", "at least one"), ("1,,2", "must be like"), ("1,1", "twice"), ("[1", "must be like")],
+)
 def test_lists_that_are_none_are_refused(text: str, words: str) -> None:
     with pytest.raises(ScenarioError, match=words):
         read_values(text)
@@ -54,9 +63,19 @@ def simulated(monkeypatch: pytest.MonkeyPatch) -> list[Path]:
     def run(objects: Any, trials: int, predictor: str, scenario: Scenario, *, out: Path, **_: Any) -> None:
         out.mkdir(parents=True, exist_ok=True)
         folders.append(out)
-        lines = [{"trial": i, "object": "egg", "category": "egg", "seed": 0, "detail": "",
-                  "outcome": "success" if won else "slipped", "success": won}
-                 for i in range(trials) for won in [scenario.gripper.force * (i + 1) >= 60]]
+        lines = [
+            {
+                "trial": i,
+                "object": "egg",
+                "category": "egg",
+                "seed": 0,
+                "detail": "",
+                "outcome": "success" if won else "slipped",
+                "success": won,
+            }
+            for i in range(trials)
+            for won in [scenario.gripper.force * (i + 1) >= 60]
+        ]
         (out / "trials.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
 
     monkeypatch.setattr(api, "run", run)
@@ -68,10 +87,14 @@ def swept(table4: Scenario, out: Path) -> Sweep:
 
 
 def test_points_hold_counts_intervals_and_what_changed_trial_by_trial(
-        table4: Scenario, tmp_path: Path, simulated: list[Path]) -> None:
+    table4: Scenario, tmp_path: Path, simulated: list[Path]
+) -> None:
     done = swept(table4, tmp_path)
     assert [(p.predictor, p.value, p.successes, p.lost, p.gained) for p in done.points[:3]] == [
-        ("oracle", 20, 8, 2, 0), ("oracle", 30, 9, 1, 0), ("oracle", 60, 10, 0, 0)]
+        ("oracle", 20, 8, 2, 0),
+        ("oracle", 30, 9, 1, 0),
+        ("oracle", 60, 10, 0, 0),
+    ]
     assert done.points[0].p == pytest.approx(0.5)
     assert (done.points[0].low, done.points[0].high) == pytest.approx((0.490, 0.943), abs=1e-3)
     assert (done.own, done.scenario, done.predictors) == (60.0, "table4", ["oracle", "my:Own"])
@@ -79,14 +102,16 @@ def test_points_hold_counts_intervals_and_what_changed_trial_by_trial(
 
 
 def test_without_the_own_value_nothing_is_compared(
-        table4: Scenario, tmp_path: Path, simulated: list[Path]) -> None:
+    table4: Scenario, tmp_path: Path, simulated: list[Path]
+) -> None:
     done = sweep("gripper.force", [20], table4, tmp_path, predictors=["oracle"], trials=4)
     assert (done.points[0].lost, done.points[0].p) == (None, None)
     assert as_table(done).caption is None
 
 
 def test_figures_are_written_and_say_what_the_points_do(
-        table4: Scenario, tmp_path: Path, simulated: list[Path]) -> None:
+    table4: Scenario, tmp_path: Path, simulated: list[Path]
+) -> None:
     done = swept(table4, tmp_path)
     paths = {p.suffix: p for p in save(done, tmp_path)}
     assert {p.stem for p in paths.values()} == {"sweep-gripper.force"}
@@ -114,7 +139,8 @@ def test_names_in_drawings_are_escaped(table4: Scenario, tmp_path: Path, simulat
 
 
 def test_the_sensitivity_study_says_which_values_differ(
-        table4: Scenario, tmp_path: Path, simulated: list[Path]) -> None:
+    table4: Scenario, tmp_path: Path, simulated: list[Path]
+) -> None:
     script = Path(__file__).parents[2] / "benchmarks" / "sensitivity.py"
     spec = importlib.util.spec_from_file_location("sensitivity", script)
     assert spec is not None
@@ -127,8 +153,9 @@ def test_the_sensitivity_study_says_which_values_differ(
     done = sweep("gripper.force", [20, 60], table4, tmp_path, predictors=["oracle"], trials=10)
     assert study.conclusion(done) == "`oracle` 10/10 at 60: no value can be told from it."
     apart = replace(done, points=(replace(done.points[0], p=0.01), done.points[1]))
-    assert study.conclusion(apart) == ("`oracle` 10/10 at 60: 20 differs (8/10, −2/+0, p = 0.01); "
-                                       "no value is like it.")
+    assert study.conclusion(apart) == (
+        "`oracle` 10/10 at 60: 20 differs (8/10, −2/+0, p = 0.01); no value is like it."
+    )
     text = study.as_markdown([done])
     assert "| oracle | 60 (reference) | 10/10 = 100.0% | 72.2% – 100.0% |  |  |" in text
     assert "n = 10 a point" in text
@@ -144,9 +171,24 @@ def test_the_command_names_what_is_wrong_before_the_first_trial(tmp_path: Path) 
 
 
 def test_the_command_sweeps_and_resumes(toy_catalog: Path, tmp_path: Path) -> None:
-    call = ["sweep", "--parameter", "sensor.axial_sigma", "--values", "0,0.0005", "--predictor", "centroid",
-            "--objects", str(toy_catalog), "--trials", "1", "--workers", "1", "--json", "--out",
-            str(tmp_path)]
+    call = [
+        "sweep",
+        "--parameter",
+        "sensor.axial_sigma",
+        "--values",
+        "0,0.0005",
+        "--predictor",
+        "centroid",
+        "--objects",
+        str(toy_catalog),
+        "--trials",
+        "1",
+        "--workers",
+        "1",
+        "--json",
+        "--out",
+        str(tmp_path),
+    ]
     first = CliRunner().invoke(app, call)
     assert first.exit_code == 0, first.output
     done = json.loads(first.stdout)

@@ -60,9 +60,19 @@ def do(job: Job) -> Answer:
         Path(argument).write_text(str(os.getpid()))
         time.sleep(600)
     time.sleep(float(os.environ.get("FAKE_WORK_SECONDS", "0")))
-    return Answer(job, {"trial": job.trial, "object": job.object, "category": "box", "outcome": "missed",
-                        "success": False, "pid": os.getpid(), "threads": os.environ.get("OMP_NUM_THREADS")},
-                  {"trial": job.trial})
+    return Answer(
+        job,
+        {
+            "trial": job.trial,
+            "object": job.object,
+            "category": "box",
+            "outcome": "missed",
+            "success": False,
+            "pid": os.getpid(),
+            "threads": os.environ.get("OMP_NUM_THREADS"),
+        },
+        {"trial": job.trial},
+    )
 
 
 class FakePool(WorkerPool):

@@ -11,22 +11,47 @@ from grasp_bench.runs.jobs import WHOLE, Shard, spread
 
 OBJECTS = ("mug", "pan", "pot")
 RUN: dict[str, Any] = {
-    "format": 1, "command": ["grasp-bench", "run"], "predictor": "oracle", "scenario": {"name": "table4"},
-    "seed": 4, "trials": 9, "objects": {o: {"object.json": o * 2} for o in OBJECTS}, "weights": None,
-    "versions": {"mujoco": "3.17"}, "renderer": "raycast", "python": "3.11", "platform": "Linux x86_64",
-    "cpu": "one", "git": None}
+    "format": 1,
+    "command": ["grasp-bench", "run"],
+    "predictor": "oracle",
+    "scenario": {"name": "table4"},
+    "seed": 4,
+    "trials": 9,
+    "objects": {o: {"object.json": o * 2} for o in OBJECTS},
+    "weights": None,
+    "versions": {"mujoco": "3.17"},
+    "renderer": "raycast",
+    "python": "3.11",
+    "platform": "Linux x86_64",
+    "cpu": "one",
+    "git": None,
+}
 
 
 def record(trial: int, success: bool = True, objects: tuple[str, ...] = OBJECTS) -> dict[str, Any]:
     """A trial's record."""
-    return {"trial": trial, "object": objects[trial % len(objects)], "category": "kitchen", "seed": 4,
-            "outcome": "success" if success else "missed", "success": success,
-            "detail": "" if success else "nothing held", "lift_height": 0.2 if success else 0.0}
+    return {
+        "trial": trial,
+        "object": objects[trial % len(objects)],
+        "category": "kitchen",
+        "seed": 4,
+        "outcome": "success" if success else "missed",
+        "success": success,
+        "detail": "" if success else "nothing held",
+        "lift_height": 0.2 if success else 0.0,
+    }
 
 
-def write_run(folder: Path, trials: int = 9, wins: Callable[[int], bool] = lambda trial: True,
-              shard: Shard = WHOLE, only: Iterable[int] | None = None, order: int = 1,
-              change: Callable[[dict[str, Any]], dict[str, Any]] = lambda record: record, **run: Any) -> Path:
+def write_run(
+    folder: Path,
+    trials: int = 9,
+    wins: Callable[[int], bool] = lambda trial: True,
+    shard: Shard = WHOLE,
+    only: Iterable[int] | None = None,
+    order: int = 1,
+    change: Callable[[dict[str, Any]], dict[str, Any]] = lambda record: record,
+    **run: Any,
+) -> Path:
     """A run's folder: ``only`` these trials of ``shard``, written in ``order`` and not put in order."""
     content: dict[str, Any] = RUN | {"trials": trials} | run
     if shard != WHOLE:
@@ -37,8 +62,9 @@ def write_run(folder: Path, trials: int = 9, wins: Callable[[int], bool] = lambd
         wanted = None if only is None else set(only)
         for job in spread(objects, trials, shard)[::order]:
             if wanted is None or job.trial in wanted:
-                results.append(change(record(job.trial, wins(job.trial), objects)),
-                               {"trial": job.trial, "plan": 0.5})
+                results.append(
+                    change(record(job.trial, wins(job.trial), objects)), {"trial": job.trial, "plan": 0.5}
+                )
     return folder
 
 

@@ -22,8 +22,9 @@ def real_samples(name: str) -> Path:
     return folder
 
 
-def scene(shape: tuple[int, int], grasp: Grasp, tilt: float, height: float = 0.05
-          ) -> tuple[np.ndarray, np.ndarray]:
+def scene(
+    shape: tuple[int, int], grasp: Grasp, tilt: float, height: float = 0.05
+) -> tuple[np.ndarray, np.ndarray]:
     """RGB and tilted float32 depth of a bar that ``grasp`` closes on."""
     h, w = shape
     bar = np.zeros(shape, np.uint8)
@@ -40,8 +41,9 @@ def cornell_lines(grasps: list[Grasp], height: float = 20.0) -> str:
     return "".join(f"{x:.3f} {y:.3f} \n" for g in grasps for x, y in g.rectangle(height=height))
 
 
-def write_cornell(root: Path, grasps: list[Grasp], objects: list[int] | None = None,
-                  cloud: bool = False) -> Path:
+def write_cornell(
+    root: Path, grasps: list[Grasp], objects: list[int] | None = None, cloud: bool = False
+) -> Path:
     """A Cornell copy with one grasp an image, two folders, and ``z.txt`` if objects are given."""
     for i, grasp in enumerate(grasps):
         folder = root / f"{i // 4 + 1:02d}"
@@ -59,7 +61,8 @@ def write_cornell(root: Path, grasps: list[Grasp], objects: list[int] | None = N
     if objects is not None:
         (root / "processedData").mkdir()
         (root / "processedData" / "z.txt").write_text(
-            "".join(f"{100 + i} {o} thing pcdb0002r.png\n" for i, o in enumerate(objects)))
+            "".join(f"{100 + i} {o} thing pcdb0002r.png\n" for i, o in enumerate(objects))
+        )
     return root
 
 
@@ -69,13 +72,16 @@ def write_cloud(path: Path, distance: np.ndarray) -> None:
     kept = index % 7 != 3
     d = 1000 * distance.ravel()
     rows = zip(0.6 * d[kept], -0.8 * d[kept], index[kept], strict=True)
-    header = ("# .PCD v.7 - Point Cloud Data file format\nVERSION .7\nFIELDS x y z rgb index\n"
-              f"SIZE 4 4 4 4 4\nTYPE F F F F U\nPOINTS {kept.sum()}\nDATA ascii\n")
+    header = (
+        "# .PCD v.7 - Point Cloud Data file format\nVERSION .7\nFIELDS x y z rgb index\n"
+        f"SIZE 4 4 4 4 4\nTYPE F F F F U\nPOINTS {kept.sum()}\nDATA ascii\n"
+    )
     path.write_text(header + "\n".join(f"{x:.4f} {y:.4f} 0 2.1e-38 {i}" for x, y, i in rows) + "\n")
 
 
-def write_jacquard(root: Path, grasps: list[Grasp], views: int = 2, size: int = 256,
-                   short: bool = False) -> Path:
+def write_jacquard(
+    root: Path, grasps: list[Grasp], views: int = 2, size: int = 256, short: bool = False
+) -> Path:
     """A Jacquard copy: a folder for each ``views`` grasps, short names if one view an object."""
     for i, grasp in enumerate(grasps):
         identifier = f"obj{i // views:x}abc"
@@ -90,6 +96,7 @@ def write_jacquard(root: Path, grasps: list[Grasp], views: int = 2, size: int = 
         cv2.imwrite(str(folder / f"{prefix}stereo_depth.tiff"), stereo)
         cv2.imwrite(str(folder / f"{prefix}mask.png"), (rgb[..., 0] > 150).astype(np.uint8) * 255)
         theta = -np.degrees(grasp.angle)
-        (folder / f"{prefix}grasps.txt").write_text("".join(
-            f"{grasp.x};{grasp.y};{theta};{grasp.width};{jaw}\n" for jaw in (12.0, 20.0)))
+        (folder / f"{prefix}grasps.txt").write_text(
+            "".join(f"{grasp.x};{grasp.y};{theta};{grasp.width};{jaw}\n" for jaw in (12.0, 20.0))
+        )
     return root

@@ -79,8 +79,10 @@ def test_an_episode_ends_after_so_many_failures_in_a_row(crowd: Scenario, toy_ca
 
 
 def test_who_is_there_depends_on_lead_attempt_and_seed_alone(crowd: Scenario, toy_catalog: Path) -> None:
-    drawn = [tuple(episode(crowd, toy_catalog, Nothing(), attempt=a, seed=s, trial=t)["clutter"]["objects"])
-             for t, a, s in ((0, 0, 0), (9, 0, 0), (0, 1, 0), (0, 2, 0), (0, 0, 1), (0, 0, 2))]
+    drawn = [
+        tuple(episode(crowd, toy_catalog, Nothing(), attempt=a, seed=s, trial=t)["clutter"]["objects"])
+        for t, a, s in ((0, 0, 0), (9, 0, 0), (0, 1, 0), (0, 2, 0), (0, 0, 1), (0, 0, 2))
+    ]
     assert drawn[0] == drawn[1]
     assert len(set(drawn)) > 1
 
@@ -106,6 +108,7 @@ def test_objects_that_never_rest_make_an_episode_unstable(crowd: Scenario, toy_c
 
 # ---------------------------------------------------------------- layouts
 
+
 def outline(resting: Resting) -> Polygon:
     """Footprint of an object where it lies."""
     w, x, y, z = resting.quaternion
@@ -115,7 +118,8 @@ def outline(resting: Resting) -> Polygon:
 
 
 def test_objects_are_put_beside_each_other_where_there_is_room(
-        crowd: Scenario, models: dict[str, ObjectModel]) -> None:
+    crowd: Scenario, models: dict[str, ObjectModel]
+) -> None:
     wide = crowd.model_copy(update={"clutter": Clutter(workspace=(0.2, 0.2))})
     for seed in range(20):
         placed = clutter._placed(list(models.values()), wide, np.random.default_rng(seed))
@@ -126,7 +130,8 @@ def test_objects_are_put_beside_each_other_where_there_is_room(
 
 
 def test_objects_without_room_are_dropped_onto_the_others_and_come_to_rest(
-        crowd: Scenario, models: dict[str, ObjectModel]) -> None:
+    crowd: Scenario, models: dict[str, ObjectModel]
+) -> None:
     narrow = crowd.model_copy(update={"clutter": Clutter(workspace=(0.0, 0.0))})
     rng = np.random.default_rng(3)
     placed = clutter._placed(list(models.values()), narrow, rng)
@@ -144,8 +149,12 @@ def test_a_layout_that_never_rests_is_refused(crowd: Scenario, models: dict[str,
 
 def test_pads_take_on_the_friction_of_the_target(crowd: Scenario, models: dict[str, ObjectModel]) -> None:
     pair = [models["bar"], models["block"]]
-    world = World(compile_mjcf(compose_many(crowd, pair)), crowd, [object_name(0), object_name(1)],
-                  [m.friction for m in pair])
+    world = World(
+        compile_mjcf(compose_many(crowd, pair)),
+        crowd,
+        [object_name(0), object_name(1)],
+        [m.friction for m in pair],
+    )
     pads = world.model.geom_priority > 0
     assert pads.sum() >= 2
     for which, model in enumerate(pair):
@@ -156,8 +165,10 @@ def test_pads_take_on_the_friction_of_the_target(crowd: Scenario, models: dict[s
 
 # ---------------------------------------------------------------- runs and reports
 
+
 def test_runs_of_clutter_are_recorded_resumed_and_reported(
-        crowd: Scenario, toy_catalog: Path, tmp_path: Path) -> None:
+    crowd: Scenario, toy_catalog: Path, tmp_path: Path
+) -> None:
     out = tmp_path / "run"
     first = api.run(toy_catalog, 2, Nothing(), crowd, out=out, progress=False)
     lines = (out / "trials.jsonl").read_text()
@@ -173,8 +184,13 @@ def test_runs_of_clutter_are_recorded_resumed_and_reported(
 
 def test_figures_over_episodes_are_added_up() -> None:
     attempts = [{"outcome": "success", "success": True}] * 3 + [{"outcome": "missed", "success": False}]
-    figures = summarise_clutter([{"objects": list("abc"), "cleared": 3, "attempts": attempts},
-                                 {"objects": list("abcde"), "cleared": 1, "attempts": attempts[2:]}], 3)
+    figures = summarise_clutter(
+        [
+            {"objects": list("abc"), "cleared": 3, "attempts": attempts},
+            {"objects": list("abcde"), "cleared": 1, "attempts": attempts[2:]},
+        ],
+        3,
+    )
     rates = {k: (figures[k]["successes"], figures[k]["trials"]) for k in ("attempts", "cleared", "emptied")}
     assert rates == {"attempts": (4, 6), "cleared": (4, 8), "emptied": (1, 3)}
     assert [(t["successes"], t["trials"]) for t in figures["by_attempt"]] == [(2, 2), (1, 2), (1, 1), (0, 1)]

@@ -45,19 +45,29 @@ class Raises:
 class At(PrivilegedPredictor):
     """Grasps at a place of the object, given in its own frame [m]."""
 
-    def __init__(self, place: tuple[float, float, float], axis: tuple[float, float, float], width: float,
-                 top: float) -> None:
+    def __init__(
+        self, place: tuple[float, float, float], axis: tuple[float, float, float], width: float, top: float
+    ) -> None:
         self.place, self.axis, self.width, self.top = np.array(place), np.array(axis), width, top
 
     def predict_from_truth(self, image: RgbdImage, truth: GroundTruth) -> list[Grasp]:
-        return [project_grasp(truth, truth.rotation @ self.place + truth.position, truth.rotation @ self.axis,
-                              self.top, self.width, 1.0)]
+        return [
+            project_grasp(
+                truth,
+                truth.rotation @ self.place + truth.position,
+                truth.rotation @ self.axis,
+                self.top,
+                self.width,
+                1.0,
+            )
+        ]
 
 
 def changed(scenario: Scenario, **sections: dict[str, Any]) -> Scenario:
     """The scenario with some values of its sections replaced."""
-    return scenario.model_copy(update={
-        name: getattr(scenario, name).model_copy(update=values) for name, values in sections.items()})
+    return scenario.model_copy(
+        update={name: getattr(scenario, name).model_copy(update=values) for name, values in sections.items()}
+    )
 
 
 def attempt(scenario: Scenario, model: ObjectModel, predictor: Any, **more: Any) -> Trial:
@@ -72,6 +82,7 @@ def lying(models: dict[str, ObjectModel]) -> ObjectModel:
 
 
 # ---------------------------------------------------------------- physics
+
 
 def test_success_lifts_carries_and_holds(scenario: Scenario, lying: ObjectModel) -> None:
     trial = attempt(scenario, lying, Oracle())
@@ -97,8 +108,11 @@ def test_no_grasp_when_nothing_is_proposed(scenario: Scenario, lying: ObjectMode
 
 
 def test_ik_failed_when_the_object_lies_beyond_the_arm(scenario: Scenario, lying: ObjectModel) -> None:
-    far = changed(scenario, table={"center": (1.3, 0.0)},
-                  camera={"position": (1.3, 0.0, 0.55), "target": (1.3, 0.0, 0.0)})
+    far = changed(
+        scenario,
+        table={"center": (1.3, 0.0)},
+        camera={"position": (1.3, 0.0, 0.55), "target": (1.3, 0.0, 0.0)},
+    )
     record = attempt(far, lying, Oracle()).record
     assert record.outcome is Outcome.IK_FAILED
     assert "no joint angles" in record.detail
@@ -117,8 +131,10 @@ def test_missed_when_the_grasp_holds_bare_table(scenario: Scenario, lying: Objec
 def tower(tmp_path_factory: pytest.TempPathFactory) -> ObjectModel:
     """A low block with a tower at one end, higher than the fingers are long."""
     folder = tmp_path_factory.mktemp("tower")
-    parts = [Part(box(100, 40, 25), "#00aa00", "wood", "convex"),
-             Part(move(box(30, 40, 110), x=35), "#00aa00", "wood", "convex")]
+    parts = [
+        Part(box(100, 40, 25), "#00aa00", "wood", "convex"),
+        Part(move(box(30, 40, 110), x=35), "#00aa00", "wood", "convex"),
+    ]
     build_shape(ObjectSpec("tower", "tower", "toys", 0.4, "wood", "made up", lambda: parts), folder)
     details = json.loads((folder / "tower" / "shape.json").read_text())
     inertia = np.array(details["inertia"])
@@ -137,7 +153,8 @@ def test_a_tower_that_the_hand_would_meet_is_seen(scenario: Scenario, tower: Obj
 
 
 def test_approach_collision_where_the_camera_is_not_where_it_is_thought(
-        scenario: Scenario, lying: ObjectModel) -> None:
+    scenario: Scenario, lying: ObjectModel
+) -> None:
     trial = attempt(changed(scenario, calibration={"position_mm": 25.0}), lying, Oracle())
     assert trial.record.outcome is Outcome.APPROACH_COLLISION
     assert trial.record.detail.startswith("the gripper met the object with ")
@@ -162,8 +179,11 @@ def test_slipped_when_friction_cannot_carry_the_weight(scenario: Scenario, lying
 
 def test_dropped_when_friction_carries_the_weight_but_no_rush(scenario: Scenario, lying: ObjectModel) -> None:
     # 2 · 20 N · 0.7 · 0.034 = 0.95 N against 0.78 N at rest; carried steeply upwards it weighs twice that.
-    hasty = changed(scenario, gripper={"friction_scale": 0.034, "force": 20.0},
-                    motion={"carry_to": (0.5, 0.0, 0.25), "carry_speed": 3.0, "speed_fraction": 1.0})
+    hasty = changed(
+        scenario,
+        gripper={"friction_scale": 0.034, "force": 20.0},
+        motion={"carry_to": (0.5, 0.0, 0.25), "carry_speed": 3.0, "speed_fraction": 1.0},
+    )
     record = attempt(hasty, lying, Oracle()).record
     assert record.outcome is Outcome.DROPPED
     assert record.lift_height == pytest.approx(0.2, abs=0.003)  # the lift went well
@@ -180,7 +200,8 @@ def test_dropped_when_it_is_put_down_instead_of_held(scenario: Scenario, lying: 
 
 
 def test_dropped_when_something_else_supports_it_at_the_end(
-        scenario: Scenario, lying: ObjectModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    scenario: Scenario, lying: ObjectModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(World, "touch", lambda self: Touch(10.0, 10.0, ("table",)))
     record = attempt(scenario, lying, Oracle()).record
     assert record.outcome is Outcome.DROPPED
@@ -213,20 +234,25 @@ def test_a_diverged_world_is_not_stepped_on(scenario: Scenario, lying: ObjectMod
 
 # ---------------------------------------------------------------- predictors that answer nonsense
 
-@pytest.mark.parametrize(("predictor", "words"), [
-    (Raises(), "the predictor raised ZeroDivisionError: by nought"),
-    (Says(None), "must return a list of Grasp, got NoneType"),
-    (Says(np.zeros((3, 5))), "must return a list of Grasp, got ndarray"),
-    (Says([(1, 2, 3, 4, 5)]), "grasp 0 is a tuple"),
-    (Says([Grasp(160, 120, math.nan, 40)]), "holds NaN"),
-    (Says([Grasp(160, 120, 0, 40), Grasp(160, 120, 0, math.inf)]), "grasp 1 holds NaN or infinity"),
-    (Says([Grasp("a", 120, 0, 40)]), "not a number"),  # type: ignore[arg-type]
-    (Says([Grasp(321, 120, 0, 40)]), "outside the 320×240 image"),
-    (Says([Grasp(160, -0.5, 0, 40)]), "outside the 320×240 image"),
-    (Says([Grasp(160, 120, 0, 0)]), "width of 0.000 px"),
-])
+
+@pytest.mark.parametrize(
+    ("predictor", "words"),
+    [
+        (Raises(), "the predictor raised ZeroDivisionError: by nought"),
+        (Says(None), "must return a list of Grasp, got NoneType"),
+        (Says(np.zeros((3, 5))), "must return a list of Grasp, got ndarray"),
+        (Says([(1, 2, 3, 4, 5)]), "grasp 0 is a tuple"),
+        (Says([Grasp(160, 120, math.nan, 40)]), "holds NaN"),
+        (Says([Grasp(160, 120, 0, 40), Grasp(160, 120, 0, math.inf)]), "grasp 1 holds NaN or infinity"),
+        (Says([Grasp("a", 120, 0, 40)]), "not a number"),  # type: ignore[arg-type]
+        (Says([Grasp(321, 120, 0, 40)]), "outside the 320×240 image"),
+        (Says([Grasp(160, -0.5, 0, 40)]), "outside the 320×240 image"),
+        (Says([Grasp(160, 120, 0, 0)]), "width of 0.000 px"),
+    ],
+)
 def test_error_names_what_is_wrong_with_an_answer(
-        scenario: Scenario, lying: ObjectModel, predictor: Any, words: str) -> None:
+    scenario: Scenario, lying: ObjectModel, predictor: Any, words: str
+) -> None:
     record = attempt(scenario, lying, predictor).record
     assert record.outcome is Outcome.ERROR
     assert words in record.detail
@@ -244,11 +270,15 @@ def test_a_control_that_needs_the_truth_refuses_without(scenario: Scenario, lyin
 
 # ---------------------------------------------------------------- ranking, records, repetition
 
+
 @pytest.fixture
 def afar(scenario: Scenario) -> Scenario:
     """Objects within the arm's reach, the upper corners of the picture beyond it."""
-    return changed(scenario, table={"center": (0.72, 0.0)},
-                   camera={"position": (0.72, 0.0, 0.55), "target": (0.72, 0.0, 0.0)})
+    return changed(
+        scenario,
+        table={"center": (0.72, 0.0)},
+        camera={"position": (0.72, 0.0, 0.55), "target": (0.72, 0.0, 0.0)},
+    )
 
 
 def test_the_best_grasp_that_can_be_carried_out_is_taken(afar: Scenario, lying: ObjectModel) -> None:
@@ -276,7 +306,8 @@ def test_angles_and_qualities_are_brought_into_range(scenario: Scenario, lying: 
 
 
 def test_a_trial_repeats_exactly_whatever_its_cell_did_before(
-        scenario: Scenario, models: dict[str, ObjectModel]) -> None:
+    scenario: Scenario, models: dict[str, ObjectModel]
+) -> None:
     cell = Workcell(scenario)
     first = run_trial(cell, models["bar"], Oracle(), trial=0, attempt=3, seed=9)
     run_trial(cell, models["pot"], Oracle(), trial=1, attempt=0, seed=9)
@@ -295,8 +326,21 @@ def test_records_are_plain_json_with_every_field(scenario: Scenario, lying: Obje
         record = attempt(scenario, lying, predictor).record.to_json()
         assert json.loads(json.dumps(record, allow_nan=False)) == record
         assert set(record) == {
-            "trial", "object", "category", "seed", "outcome", "success", "detail", "grasp", "pose", "rank",
-            "tcp_error", "lift_height", "contact_force", "sim_steps"}
+            "trial",
+            "object",
+            "category",
+            "seed",
+            "outcome",
+            "success",
+            "detail",
+            "grasp",
+            "pose",
+            "rank",
+            "tcp_error",
+            "lift_height",
+            "contact_force",
+            "sim_steps",
+        }
         assert [record[k] for k in ("trial", "object", "category", "seed")] == [5, "block", "box", 2]
 
 
@@ -306,7 +350,8 @@ def test_faults_of_the_harness_are_told_from_those_of_the_predictor() -> None:
 
 
 def test_without_a_cache_folder_a_trial_still_runs(
-        scenario: Scenario, lying: ObjectModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scenario: Scenario, lying: ObjectModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     blocked = tmp_path / "file"
     blocked.write_text("not a folder")
     monkeypatch.setenv("GRASP_BENCH_CACHE", str(blocked))

@@ -49,6 +49,7 @@ def inside_hulls(hulls: list[np.ndarray], points: np.ndarray) -> np.ndarray:
 
 # ---------------------------------------------------------------- repairs
 
+
 def test_a_sound_mesh_is_left_alone() -> None:
     mended = mend(BLOCK.vertices, BLOCK.faces)
     assert mended.notes == []
@@ -94,8 +95,9 @@ def test_inside_out_meshes_are_turned_and_cavities_are_not() -> None:
     assert mended.notes == ["turned 1 inside-out pieces"]
     assert solid.solidify(mended).volume == pytest.approx(BLOCK.volume, rel=1e-5)
     void = trimesh.creation.box((0.01, 0.01, 0.01))
-    hollow = mend(np.vstack([BLOCK.vertices, void.vertices]),
-                  np.vstack([BLOCK.faces, void.faces[:, ::-1] + 8]))
+    hollow = mend(
+        np.vstack([BLOCK.vertices, void.vertices]), np.vstack([BLOCK.faces, void.faces[:, ::-1] + 8])
+    )
     assert hollow.notes == []
     assert solid.solidify(hollow).volume == pytest.approx(BLOCK.volume - void.volume, rel=1e-5)
 
@@ -107,8 +109,10 @@ def test_specks_and_strays_are_dropped() -> None:
     far = trimesh.creation.box((5e-4, 5e-4, 5e-4))
     far.apply_translation([40, 0, 0])
     few: Any = trimesh.util.concatenate([fine.subdivide(), speck, far])
-    assert mend(few.vertices, few.faces).notes == ["dropped 12 faces that reach far outside the rest",
-                                                  "dropped 1 loose specks"]
+    assert mend(few.vertices, few.faces).notes == [
+        "dropped 12 faces that reach far outside the rest",
+        "dropped 1 loose specks",
+    ]
 
 
 def test_small_holes_and_the_underside_are_closed() -> None:
@@ -183,9 +187,19 @@ def test_overlapping_pieces_are_one_solid() -> None:
 
 # ---------------------------------------------------------------- units
 
-@pytest.mark.parametrize(("longest", "mass", "unit"), [
-    (0.2, None, "m"), (200.0, None, "mm"), (17.0, None, "mm"), (6.0, None, "cm"), (20.0, 2.0, "cm"),
-    (20.0, 0.005, "mm"), (0.006, None, "m")])
+
+@pytest.mark.parametrize(
+    ("longest", "mass", "unit"),
+    [
+        (0.2, None, "m"),
+        (200.0, None, "mm"),
+        (17.0, None, "mm"),
+        (6.0, None, "cm"),
+        (20.0, 2.0, "cm"),
+        (20.0, 0.005, "mm"),
+        (0.006, None, "m"),
+    ],
+)
 def test_units_are_guessed_from_size_and_mass(longest: float, mass: float | None, unit: str) -> None:
     assert choose_unit(np.array([longest, longest, longest]), "auto", mass, longest**3)[0] == unit
 
@@ -196,6 +210,7 @@ def test_a_guessed_unit_is_said_with_its_rivals() -> None:
 
 
 # ---------------------------------------------------------------- mass
+
 
 def test_mass_on_the_surface_of_a_box_has_the_textbooks_inertia() -> None:
     centre, inertia = spread_mass(trimesh.creation.box((1, 1, 1)), 3.0, "shell")
@@ -211,6 +226,7 @@ def test_mass_in_a_box_has_the_textbooks_inertia() -> None:
 
 
 # ---------------------------------------------------------------- convex pieces
+
 
 def test_a_convex_mesh_is_one_piece() -> None:
     hulls, error = decompose_whole(BLOCK)
@@ -242,6 +258,7 @@ def test_water_stands_to_the_lowest_rim() -> None:
 
 
 # ---------------------------------------------------------------- colours
+
 
 def textured_obj(directory: Path) -> None:
     """A 60 mm square plate whose texture is red on the left and blue on the right."""
@@ -311,14 +328,28 @@ def test_glb_files_are_y_up(tmp_path: Path) -> None:
 
 # ---------------------------------------------------------------- finding objects, resuming
 
+
 def test_objects_are_found_and_named(tmp_path: Path) -> None:
-    for name in ("mug/textured.obj", "mug/nontextured.ply", "001_can/google_16k/textured.obj", "flat/a.stl",
-                 "flat/a.obj", "flat/b.stl", "robot/thing.urdf", "robot/meshes/part.stl"):
+    for name in (
+        "mug/textured.obj",
+        "mug/nontextured.ply",
+        "001_can/google_16k/textured.obj",
+        "flat/a.stl",
+        "flat/a.obj",
+        "flat/b.stl",
+        "robot/thing.urdf",
+        "robot/meshes/part.stl",
+    ):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text("x")
     found = {n: p.relative_to(tmp_path).as_posix() for n, p, _ in find_objects(tmp_path)}
-    assert found == {"mug": "mug/textured.obj", "001_can": "001_can/google_16k/textured.obj",
-                     "a": "flat/a.obj", "b": "flat/b.stl", "thing": "robot/thing.urdf"}
+    assert found == {
+        "mug": "mug/textured.obj",
+        "001_can": "001_can/google_16k/textured.obj",
+        "a": "flat/a.obj",
+        "b": "flat/b.stl",
+        "thing": "robot/thing.urdf",
+    }
     (tmp_path / "empty").mkdir()
     with pytest.raises(RefusedError, match="holds no"):
         find_objects(tmp_path / "empty")
@@ -350,15 +381,18 @@ def test_an_imported_object_can_be_benchmarked(tmp_path: Path, monkeypatch: pyte
     out = tmp_path / "out"
     report = importer.import_one(Job("brick", tmp_path / "brick.stl", tmp_path, Options(mass=0.2)), out)
     assert report.status == "imported"
-    assert importer.import_one(Job("brick", tmp_path / "brick.stl", tmp_path, Options(mass=0.2)), out
-                               ).status == "up to date"
+    assert (
+        importer.import_one(Job("brick", tmp_path / "brick.stl", tmp_path, Options(mass=0.2)), out).status
+        == "up to date"
+    )
     assert write_manifest(out) == 1
     assert Image.open(out / "brick" / "picture.jpg").size == (768, 256)
     model = Catalog(out).load("brick")
     footing = report.details["measured"]["footing"]
     assert max(footing["gap"], footing["sunk"], *map(abs, footing["extents"])) < 1
-    trial = run_trial(Workcell(load_scenario("table4")), model, load_predictor("oracle"), trial=0, attempt=0,
-                      seed=0)
+    trial = run_trial(
+        Workcell(load_scenario("table4")), model, load_predictor("oracle"), trial=0, attempt=0, seed=0
+    )
     assert trial.record.outcome is Outcome.SUCCESS
 
 
@@ -371,8 +405,19 @@ def test_the_command_imports_what_it_can_and_says_what_it_cannot(tmp_path: Path)
     trimesh.creation.box((30, 70, 20)).export(tmp_path / "in" / "stick.stl")
     (tmp_path / "in" / "broken.obj").write_text("v 0 0 0\nf 1 1 1\n")
     (tmp_path / "masses.csv").write_text("name,mass_kg\nstick,0.05\n")
-    command = ["objects", "import", str(tmp_path / "in"), "--masses", str(tmp_path / "masses.csv"), "--out",
-               str(tmp_path / "out"), "--units", "mm", "--workers", "2"]
+    command = [
+        "objects",
+        "import",
+        str(tmp_path / "in"),
+        "--masses",
+        str(tmp_path / "masses.csv"),
+        "--out",
+        str(tmp_path / "out"),
+        "--units",
+        "mm",
+        "--workers",
+        "2",
+    ]
     first = CliRunner().invoke(app, command)
     assert first.exit_code == 1
     assert "broken: not imported: " in first.output
@@ -398,6 +443,7 @@ def test_what_does_not_fit_the_gripper_is_refused(tmp_path: Path, monkeypatch: p
 
 
 # ---------------------------------------------------------------- robot descriptions
+
 
 def write_l_shape(directory: Path) -> Mesh:
     """Two convex parts of an L in ``meshes/``, and its whole mesh."""
@@ -452,9 +498,11 @@ def test_ready_convex_parts_are_kept(tmp_path: Path, text: str) -> None:
 
 def test_a_part_that_is_not_convex_is_decomposed(tmp_path: Path) -> None:
     write_l_shape(tmp_path)
-    (tmp_path / "l.urdf").write_text('<robot name="l"><link name="a"><collision><geometry>'
-                                     '<mesh filename="meshes/whole.obj"/></geometry></collision></link>'
-                                     "</robot>")
+    (tmp_path / "l.urdf").write_text(
+        '<robot name="l"><link name="a"><collision><geometry>'
+        '<mesh filename="meshes/whole.obj"/></geometry></collision></link>'
+        "</robot>"
+    )
     body = import_robot_file(Folder(tmp_path), "l.urdf", Options())
     assert len(body.hulls) >= 2
     assert "1 of its parts are not convex: decomposed" in body.notes
@@ -462,6 +510,7 @@ def test_a_part_that_is_not_convex_is_decomposed(tmp_path: Path) -> None:
 
 
 # ---------------------------------------------------------------- real scans
+
 
 def ycb_import(name: str, out: Path) -> dict[str, Any]:
     scans = real_samples("ycb")
@@ -472,7 +521,8 @@ def ycb_import(name: str, out: Path) -> dict[str, Any]:
 
 @pytest.mark.parametrize("name", ["banana", "bowl", "dice"])
 def test_real_scans_rest_as_they_were_scanned_and_are_lifted(
-        tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
     from grasp_bench.predictors import load_predictor
     from grasp_bench.scenario.reading import load_scenario
     from grasp_bench.trials.attempt import Workcell, run_trial
@@ -500,14 +550,19 @@ def test_real_scans_rest_as_they_were_scanned_and_are_lifted(
     assert all(r.success for r in done), [r.detail for r in done]
 
 
-@pytest.mark.parametrize(("geom", "volume"), [
-    ('type="sphere" size="0.02"', 4 / 3 * np.pi * 0.02**3),
-    ('type="ellipsoid" size="0.02 0.015 0.01"', 4 / 3 * np.pi * 3e-6),
-    ('type="cylinder" size="0.02 0.01"', np.pi * 0.02**2 * 0.02),
-    ('type="capsule" size="0.01 0.02"', np.pi * 1e-4 * 0.04 + 4 / 3 * np.pi * 1e-6)])
+@pytest.mark.parametrize(
+    ("geom", "volume"),
+    [
+        ('type="sphere" size="0.02"', 4 / 3 * np.pi * 0.02**3),
+        ('type="ellipsoid" size="0.02 0.015 0.01"', 4 / 3 * np.pi * 3e-6),
+        ('type="cylinder" size="0.02 0.01"', np.pi * 0.02**2 * 0.02),
+        ('type="capsule" size="0.01 0.02"', np.pi * 1e-4 * 0.04 + 4 / 3 * np.pi * 1e-6),
+    ],
+)
 def test_primitive_geoms_are_parts(tmp_path: Path, geom: str, volume: float) -> None:
-    (tmp_path / "it.xml").write_text(f'<mujoco><worldbody><body><freejoint/><geom {geom}/></body></worldbody>'
-                                     '</mujoco>')
+    (tmp_path / "it.xml").write_text(
+        f"<mujoco><worldbody><body><freejoint/><geom {geom}/></body></worldbody></mujoco>"
+    )
     body = import_robot_file(Folder(tmp_path), "it.xml", Options())
     assert len(body.hulls) == 1
     assert body.solid.volume == pytest.approx(volume, rel=0.06)  # facets cut corners

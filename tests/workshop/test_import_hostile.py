@@ -57,9 +57,21 @@ def refused(directory: Path, name: str) -> str:
 
 # ---------------------------------------------------------------- references
 
-@pytest.mark.parametrize("library", ["../secret.mtl", "..\\secret.mtl", "%2e%2e/secret.mtl",
-                                     "/etc/passwd", "~/secret.mtl", "file:///etc/passwd",
-                                     "http://localhost:1/a.mtl", "//server/share/a.mtl", "C:\\secret.mtl"])
+
+@pytest.mark.parametrize(
+    "library",
+    [
+        "../secret.mtl",
+        "..\\secret.mtl",
+        "%2e%2e/secret.mtl",
+        "/etc/passwd",
+        "~/secret.mtl",
+        "file:///etc/passwd",
+        "http://localhost:1/a.mtl",
+        "//server/share/a.mtl",
+        "C:\\secret.mtl",
+    ],
+)
 def test_material_libraries_outside_are_refused(inside: Path, library: str) -> None:
     (inside / "box.obj").write_text(obj_text(f"mtllib {library}"))
     assert "outside" in refused(inside, "box.obj") or "address" in refused(inside, "box.obj")
@@ -98,6 +110,7 @@ def test_a_missing_texture_is_said_and_lived_without(inside: Path) -> None:
 
 # ---------------------------------------------------------------- kinds and sizes of files
 
+
 def test_a_named_pipe_is_refused_without_waiting(inside: Path) -> None:
     os.mkfifo(inside / "pipe.obj")
     assert "not a plain file" in refused(inside, "pipe.obj")
@@ -134,8 +147,10 @@ def test_too_many_faces_are_refused_before_parsing(inside: Path, monkeypatch: py
 def test_picture_bombs_are_refused_by_their_header(inside: Path) -> None:
     header = b"IHDR" + struct.pack(">IIBBBBB", 60_000, 60_000, 8, 2, 0, 0, 0)
     data = b"IDAT" + bytes(8)
-    bomb = b"\x89PNG\r\n\x1a\n" + b"".join(struct.pack(">I", len(chunk) - 4) + chunk
-                                           + struct.pack(">I", zlib.crc32(chunk)) for chunk in (header, data))
+    bomb = b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(chunk) - 4) + chunk + struct.pack(">I", zlib.crc32(chunk))
+        for chunk in (header, data)
+    )
     with pytest.raises(RefusedError, match="too large"):
         check_image(bomb, "bomb.png")
     (inside / "bomb.png").write_bytes(png(9000, 8000))
@@ -153,38 +168,54 @@ def test_a_texture_that_is_no_picture_is_refused(inside: Path) -> None:
 
 # ---------------------------------------------------------------- contents
 
-@pytest.mark.parametrize(("content", "why"), [
-    ("", "is empty"),
-    ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no faces"),
-    ("v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3\n", "not finite|not a readable"),
-    ("v 0 0 0\nv 1 0 0\nv 1e999 1 0\nf 1 2 3\n", "not finite|not a readable"),
-    ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", "not there|not a readable"),
-    ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", "indices of 0"),
-    ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\n", "relative"),
-    ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999999999999\n", "not there|not a readable"),
-    ("v 0 0 0\nv one two three\nf 1 2 3\n", "not a readable|no faces"),
-    ("v 0 0 0\n\0\0\0\nf 1 1 1\n", "binary"),
-])
+
+@pytest.mark.parametrize(
+    ("content", "why"),
+    [
+        ("", "is empty"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no faces"),
+        ("v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3\n", "not finite|not a readable"),
+        ("v 0 0 0\nv 1 0 0\nv 1e999 1 0\nf 1 2 3\n", "not finite|not a readable"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", "not there|not a readable"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", "indices of 0"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\n", "relative"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999999999999\n", "not there|not a readable"),
+        ("v 0 0 0\nv one two three\nf 1 2 3\n", "not a readable|no faces"),
+        ("v 0 0 0\n\0\0\0\nf 1 1 1\n", "binary"),
+    ],
+)
 def test_broken_obj_files_are_refused(inside: Path, content: str, why: str) -> None:
     (inside / "box.obj").write_text(content)
     assert re.search(why, refused(inside, "box.obj"))
 
 
-@pytest.mark.parametrize("content", [
-    bytes(80) + struct.pack("<I", 4_000_000_000) + bytes(50), bytes(40), bytes(84) + b"x" * 49,
-    BOX.export(file_type="stl")[:-20]])
+@pytest.mark.parametrize(
+    "content",
+    [
+        bytes(80) + struct.pack("<I", 4_000_000_000) + bytes(50),
+        bytes(40),
+        bytes(84) + b"x" * 49,
+        BOX.export(file_type="stl")[:-20],
+    ],
+)
 def test_stl_files_that_promise_what_they_do_not_hold_are_refused(inside: Path, content: bytes) -> None:
     (inside / "box.stl").write_bytes(content)
     assert "STL file" in refused(inside, "box.stl")
 
 
-@pytest.mark.parametrize(("header", "why"), [
-    ("ply\nformat ascii 1.0\nelement vertex 99999999999\nproperty float x\nend_header\n", "promises"),
-    ("ply\nformat binary_little_endian 1.0\nelement vertex -3\nend_header\n", "promises"),
-    ("ply\nformat ascii 1.0\nelement face 1e9\nend_header\n", "promises"),
-    ("ply\nformat ascii 1.0\n", "no header"), ("plain text", "no header")])
+@pytest.mark.parametrize(
+    ("header", "why"),
+    [
+        ("ply\nformat ascii 1.0\nelement vertex 99999999999\nproperty float x\nend_header\n", "promises"),
+        ("ply\nformat binary_little_endian 1.0\nelement vertex -3\nend_header\n", "promises"),
+        ("ply\nformat ascii 1.0\nelement face 1e9\nend_header\n", "promises"),
+        ("ply\nformat ascii 1.0\n", "no header"),
+        ("plain text", "no header"),
+    ],
+)
 def test_ply_files_that_promise_what_they_do_not_hold_are_refused(
-        inside: Path, header: str, why: str) -> None:
+    inside: Path, header: str, why: str
+) -> None:
     (inside / "box.ply").write_text(header + "0 0 0\n")
     assert why in refused(inside, "box.ply")
 
@@ -193,43 +224,52 @@ def glb(change: dict | None = None, raw: bytes | None = None) -> bytes:
     """A box as GLB, top-level keys of its JSON replaced."""
     whole = BOX.export(file_type="glb")
     length = struct.unpack("<I", whole[12:16])[0]
-    tree = json.loads(whole[20:20 + length]) | (change or {})
+    tree = json.loads(whole[20 : 20 + length]) | (change or {})
     text = raw if raw is not None else json.dumps(tree).encode()
     text += b" " * (-len(text) % 4)
-    rest = whole[20 + length:]
+    rest = whole[20 + length :]
     return struct.pack("<4sIII4s", b"glTF", 2, 20 + len(text) + len(rest), len(text), b"JSON") + text + rest
 
 
-@pytest.mark.parametrize(("change", "why"), [
-    ({"buffers": [{"uri": "../secret.bin", "byteLength": 10}]}, "another file"),
-    ({"buffers": [{"uri": "http://localhost:1/a.bin", "byteLength": 10}]}, "another file"),
-    ({"images": [{"uri": "file:///etc/passwd"}]}, "another file"),
-    ({"images": [{"bufferView": 77}]}, "structure is broken"),
-    ({"images": [{"bufferView": 0}]}, "not a readable picture"),
-    ({"accessors": [{"count": 10**12, "componentType": 5126, "type": "VEC3"}]}, "accessors"),
-    ({"accessors": [{"count": 10**12, "bufferView": 0, "componentType": 5126, "type": "VEC3"}]}, "accessors"),
-    ({"accessors": [{"count": -1, "bufferView": 0}]}, "natural number"),
-    ({"nodes": [{"children": [1]}, {"children": [0]}]}, "circle"),
-    ({"nodes": [{"children": [1, 1]}, {"mesh": 0}]}, "not a tree"),
-    ({"nodes": [{"mesh": 0}] * 3000}, "3000 nodes"),
-    ({"nodes": [{"mesh": 5}]}, "structure is broken"),
-    ({"extensionsRequired": ["KHR_draco_mesh_compression"]}, "KHR_draco"),
-    ({"bufferViews": 3}, "structure is broken|not a readable"),
-])
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ({"buffers": [{"uri": "../secret.bin", "byteLength": 10}]}, "another file"),
+        ({"buffers": [{"uri": "http://localhost:1/a.bin", "byteLength": 10}]}, "another file"),
+        ({"images": [{"uri": "file:///etc/passwd"}]}, "another file"),
+        ({"images": [{"bufferView": 77}]}, "structure is broken"),
+        ({"images": [{"bufferView": 0}]}, "not a readable picture"),
+        ({"accessors": [{"count": 10**12, "componentType": 5126, "type": "VEC3"}]}, "accessors"),
+        (
+            {"accessors": [{"count": 10**12, "bufferView": 0, "componentType": 5126, "type": "VEC3"}]},
+            "accessors",
+        ),
+        ({"accessors": [{"count": -1, "bufferView": 0}]}, "natural number"),
+        ({"nodes": [{"children": [1]}, {"children": [0]}]}, "circle"),
+        ({"nodes": [{"children": [1, 1]}, {"mesh": 0}]}, "not a tree"),
+        ({"nodes": [{"mesh": 0}] * 3000}, "3000 nodes"),
+        ({"nodes": [{"mesh": 5}]}, "structure is broken"),
+        ({"extensionsRequired": ["KHR_draco_mesh_compression"]}, "KHR_draco"),
+        ({"bufferViews": 3}, "structure is broken|not a readable"),
+    ],
+)
 def test_hostile_glb_files_are_refused(inside: Path, change: dict, why: str) -> None:
     (inside / "box.glb").write_bytes(glb(change))
     assert re.search(why, refused(inside, "box.glb"))
 
 
-@pytest.mark.parametrize("content", [b"glTF", glb()[:-10], glb(raw=b"not json"), glb(raw=b"[1]"),
-                                     glb(raw=b"[" * 100_000), b"x" * 100])
+@pytest.mark.parametrize(
+    "content",
+    [b"glTF", glb()[:-10], glb(raw=b"not json"), glb(raw=b"[1]"), glb(raw=b"[" * 100_000), b"x" * 100],
+)
 def test_what_is_no_glb_is_refused(inside: Path, content: bytes) -> None:
     (inside / "box.glb").write_bytes(content)
     assert "cannot be read" in refused(inside, "box.glb")
 
 
 def test_a_scene_that_shows_one_mesh_too_often_is_refused(
-        inside: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    inside: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(readers, "MAX_FACES", 100)
     (inside / "box.glb").write_bytes(glb({"nodes": [{"mesh": 0}] * 20}))
     assert "shows 240 faces" in refused(inside, "box.glb")
@@ -242,11 +282,14 @@ def test_a_sound_glb_is_read(inside: Path) -> None:
 
 # ---------------------------------------------------------------- shapes and sizes
 
+
 def shape_refused(directory: Path, mesh: trimesh.Trimesh, **options: object) -> str:
     mesh.export(directory / "thing.stl")
     with pytest.raises(RefusedError) as caught:
-        import_shape(Job("thing", directory / "thing.stl", directory, Options(**options)),  # type: ignore[arg-type]
-                     directory / "out")
+        import_shape(
+            Job("thing", directory / "thing.stl", directory, Options(**options)),  # type: ignore[arg-type]
+            directory / "out",
+        )
     assert not (directory / "out" / "thing" / "shape.json").exists()
     return str(caught.value)
 
@@ -258,13 +301,19 @@ def test_sizes_that_make_no_sense_are_refused(inside: Path) -> None:
 
 
 def test_shapes_without_volume_are_refused(inside: Path) -> None:
-    sheet = trimesh.Trimesh([[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0.1, 0], [0.05, 0.05, 0]],
-                            [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]], process=False)
+    sheet = trimesh.Trimesh(
+        [[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0.1, 0], [0.05, 0.05, 0]],
+        [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]],
+        process=False,
+    )
     assert "flat" in shape_refused(inside, sheet)
     point = trimesh.Trimesh(np.zeros((4, 3)), [[0, 1, 2], [0, 2, 3]], process=False)
     assert "one place" in shape_refused(inside, point)
-    line = trimesh.Trimesh([[0, 0, 0], [0.1, 0, 0], [0.2, 0, 0], [0.3, 0, 0]],
-                           [[0, 1, 2], [1, 2, 3], [0, 1, 3], [0, 2, 3]], process=False)
+    line = trimesh.Trimesh(
+        [[0, 0, 0], [0.1, 0, 0], [0.2, 0, 0], [0.3, 0, 0]],
+        [[0, 1, 2], [1, 2, 3], [0, 1, 3], [0, 2, 3]],
+        process=False,
+    )
     assert shape_refused(inside, line)
 
 
@@ -285,34 +334,64 @@ def test_one_bad_mesh_fails_alone(inside: Path) -> None:
 
 # ---------------------------------------------------------------- robot descriptions
 
-@pytest.mark.parametrize(("text", "why"), [
-    ('<!DOCTYPE x [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><mujoco>&b;</mujoco>', "entities"),
-    ('<!DOCTYPE x [<!ENTITY a SYSTEM "file:///etc/passwd">]><robot>&a;</robot>', "entities"),
-    ('<mujoco><include file="../other.xml"/></mujoco>', "<include>"),
-    ('<mujoco><extension><plugin plugin="x"/></extension></mujoco>', "<extension>"),
-    ('<mujoco><asset><mesh name="m" file="../secret.obj"/></asset></mujoco>', "leads outside"),
-    ('<mujoco><compiler meshdir="/etc"/><asset><mesh name="m" file="passwd"/></asset></mujoco>', "outside"),
-    ('<mujoco><compiler meshdir=".."/><asset><mesh name="m" file="secret.obj"/></asset></mujoco>', "outside"),
-    ('<mujoco><asset><texture name="t" type="2d" file="../secret.png"/><material name="m" texture="t"/>'
-     "</asset></mujoco>", "leads outside"),
-    ('<mujoco><asset><hfield name="h" file="h.png" size="1 1 1 1"/></asset></mujoco>', "<hfield>"),
-    ('<robot name="r"><link name="a"><collision><geometry><mesh filename="package://x/../../secret.obj"/>'
-     "</geometry></collision></link></robot>", "outside"),
-    ('<robot name="r"><link name="a"><collision><geometry><mesh filename="http://localhost:1/a.obj"/>'
-     "</geometry></collision></link></robot>", "address"),
-    ('<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="revolute"><parent link="a"/>'
-     '<child link="b"/></joint></robot>', "joint"),
-    ('<mujoco><worldbody><body><joint type="hinge"/><geom size=".01"/></body></worldbody></mujoco>', "joint"),
-    ('<mujoco><worldbody><body><geom size=".01"/></body><body><geom size=".01"/></body></worldbody></mujoco>',
-     "2 bodies"),
-    ('<mujoco><worldbody><body><geom type="mesh" mesh="gone"/></body></worldbody></mujoco>',
-     "does not compile"),
-    ("<mujoco><worldbody/></mujoco>", "no shape"),
-    ('<svg xmlns="http://www.w3.org/2000/svg"/>', "neither"),
-    ("<mujoco>", "not valid XML"),
-    ("<mujoco>" + "<default>" * 25_000 + "</default>" * 25_000 + "</mujoco>", "elements|deeply"),
-    ('<mujoco><worldbody><body><geom type="box" size="5 5 5"/></body></worldbody></mujoco>', "mm long"),
-])
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ('<!DOCTYPE x [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><mujoco>&b;</mujoco>', "entities"),
+        ('<!DOCTYPE x [<!ENTITY a SYSTEM "file:///etc/passwd">]><robot>&a;</robot>', "entities"),
+        ('<mujoco><include file="../other.xml"/></mujoco>', "<include>"),
+        ('<mujoco><extension><plugin plugin="x"/></extension></mujoco>', "<extension>"),
+        ('<mujoco><asset><mesh name="m" file="../secret.obj"/></asset></mujoco>', "leads outside"),
+        (
+            '<mujoco><compiler meshdir="/etc"/><asset><mesh name="m" file="passwd"/></asset></mujoco>',
+            "outside",
+        ),
+        (
+            '<mujoco><compiler meshdir=".."/><asset><mesh name="m" file="secret.obj"/></asset></mujoco>',
+            "outside",
+        ),
+        (
+            '<mujoco><asset><texture name="t" type="2d" file="../secret.png"/><material name="m" '
+            'texture="t"/></asset></mujoco>',
+            "leads outside",
+        ),
+        ('<mujoco><asset><hfield name="h" file="h.png" size="1 1 1 1"/></asset></mujoco>', "<hfield>"),
+        (
+            '<robot name="r"><link name="a"><collision><geometry><mesh filename="package://x/../../secret.obj"/>'
+            "</geometry></collision></link></robot>",
+            "outside",
+        ),
+        (
+            '<robot name="r"><link name="a"><collision><geometry><mesh filename="http://localhost:1/a.obj"/>'
+            "</geometry></collision></link></robot>",
+            "address",
+        ),
+        (
+            '<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="revolute"><parent '
+            'link="a"/><child link="b"/></joint></robot>',
+            "joint",
+        ),
+        (
+            '<mujoco><worldbody><body><joint type="hinge"/><geom size=".01"/></body></worldbody></mujoco>',
+            "joint",
+        ),
+        (
+            '<mujoco><worldbody><body><geom size=".01"/></body><body><geom size=".01"/></body></worldbody>'
+            "</mujoco>",
+            "2 bodies",
+        ),
+        (
+            '<mujoco><worldbody><body><geom type="mesh" mesh="gone"/></body></worldbody></mujoco>',
+            "does not compile",
+        ),
+        ("<mujoco><worldbody/></mujoco>", "no shape"),
+        ('<svg xmlns="http://www.w3.org/2000/svg"/>', "neither"),
+        ("<mujoco>", "not valid XML"),
+        ("<mujoco>" + "<default>" * 25_000 + "</default>" * 25_000 + "</mujoco>", "elements|deeply"),
+        ('<mujoco><worldbody><body><geom type="box" size="5 5 5"/></body></worldbody></mujoco>', "mm long"),
+    ],
+)
 def test_hostile_robot_descriptions_are_refused(inside: Path, text: str, why: str) -> None:
     (inside.parent / "secret.obj").write_text(obj_text())
     (inside / "thing.xml").write_text(text)
@@ -323,9 +402,16 @@ def test_hostile_robot_descriptions_are_refused(inside: Path, text: str, why: st
 
 # ---------------------------------------------------------------- the command
 
-@pytest.mark.parametrize(("given", "name"), [
-    ("../../etc/passwd", "etc_passwd"), ("Ein Becher!", "ein_becher"), ("a" * 200, "a" * 60),
-    ("CON:aux", "con_aux")])
+
+@pytest.mark.parametrize(
+    ("given", "name"),
+    [
+        ("../../etc/passwd", "etc_passwd"),
+        ("Ein Becher!", "ein_becher"),
+        ("a" * 200, "a" * 60),
+        ("CON:aux", "con_aux"),
+    ],
+)
 def test_names_become_plain_folder_names(given: str, name: str) -> None:
     assert clean_name(given) == name
 
@@ -342,12 +428,21 @@ def test_wrong_masses_are_refused_by_line(tmp_path: Path, row: str) -> None:
         read_masses(tmp_path / "masses.csv")
 
 
-@pytest.mark.parametrize(("settings", "why"), [
-    ({"units": "inch"}, "Unknown unit 'inch'"), ({"mass": -1.0}, "--mass"),
-    ({"mass": float("nan")}, "--mass"),
-    ({"density": 0.0}, "--density"), ({"friction": 40.0}, "--friction"), ({"holes": "all"}, "way with holes"),
-    ({"mass": 1.0, "density": 3.0}, "one of --mass"), ({"inertia": "none"}, "inertia"),
-    ({"name": "../"}, "--name"), ({"masses": Path("gone.csv")}, "does not exist")])
+@pytest.mark.parametrize(
+    ("settings", "why"),
+    [
+        ({"units": "inch"}, "Unknown unit 'inch'"),
+        ({"mass": -1.0}, "--mass"),
+        ({"mass": float("nan")}, "--mass"),
+        ({"density": 0.0}, "--density"),
+        ({"friction": 40.0}, "--friction"),
+        ({"holes": "all"}, "way with holes"),
+        ({"mass": 1.0, "density": 3.0}, "one of --mass"),
+        ({"inertia": "none"}, "inertia"),
+        ({"name": "../"}, "--name"),
+        ({"masses": Path("gone.csv")}, "does not exist"),
+    ],
+)
 def test_wrong_settings_are_refused(inside: Path, settings: dict, why: str) -> None:
     (inside / "box.obj").write_text(obj_text())
     with pytest.raises(GraspBenchError, match=why):

@@ -50,8 +50,9 @@ def test_a_hull_of_few_vertices_is_kept_as_it_is() -> None:
 
 
 def test_convex_parts_keep_their_own_hull() -> None:
-    hulls = decompose([Part(box(40, 20, 10), "#ffffff", "wood", "convex"),
-                       Part(sphere(15), "#ffffff", "wood", "convex")])
+    hulls = decompose(
+        [Part(box(40, 20, 10), "#ffffff", "wood", "convex"), Part(sphere(15), "#ffffff", "wood", "convex")]
+    )
     assert len(hulls) == 2
     assert len(hulls[0].vertices) == 8
     assert len(hulls[1].vertices) <= MAX_VERTICES
@@ -74,6 +75,7 @@ def test_the_error_of_a_decomposition_is_that_of_its_volume_and_surface() -> Non
 
 
 # ---------------------------------------------------------------- mass
+
 
 def test_mass_properties_of_two_boxes_agree_with_hand_values() -> None:
     # A wooden and a steel box of 0.1 x 0.1 x 0.1 m, side by side along x, weighing 1 kg together.
@@ -105,9 +107,11 @@ def test_a_built_object_has_its_mass_and_its_centre_as_origin(models: dict[str, 
 
 # ---------------------------------------------------------------- resting poses and reference grasps
 
+
 @pytest.mark.parametrize("name", ["bar", "block", "pot"])
 def test_resting_poses_stand_on_the_table_with_grasps_that_fit(
-        models: dict[str, ObjectModel], name: str) -> None:
+    models: dict[str, ObjectModel], name: str
+) -> None:
     model = models[name]
     assert model.graspable_poses
     assert sum(p.probability for p in model.poses) <= 1.001
@@ -165,6 +169,7 @@ def test_jaws_must_open_wider_than_what_they_pass_by_what_a_camera_can_tell() ->
 
 # ---------------------------------------------------------------- models in code
 
+
 def test_a_part_of_unknown_material_is_refused() -> None:
     with pytest.raises(ValueError, match="unknown material 'cheese'"):
         Part(box(1, 1, 1), "#ffffff", "cheese")
@@ -173,16 +178,24 @@ def test_a_part_of_unknown_material_is_refused() -> None:
 def test_an_open_part_is_refused_when_built(tmp_path: Path) -> None:
     cube = box(10, 10, 10)
     holed = Mesh(cube.vertices, cube.faces[:-1], process=False)
-    spec = ObjectSpec("holed", "box", "toys", 0.1, "wood", "x",
-                      lambda: [Part(holed, "#ffffff", "wood", "convex")])
+    spec = ObjectSpec(
+        "holed", "box", "toys", 0.1, "wood", "x", lambda: [Part(holed, "#ffffff", "wood", "convex")]
+    )
     with pytest.raises(ValueError, match=r"holed: parts \[0\] are not closed"):
         build_shape(spec, tmp_path)
 
 
 def test_an_object_that_has_not_changed_is_not_built_again(tmp_path: Path) -> None:
     def spec(mass: float) -> ObjectSpec:
-        return ObjectSpec("cube", "box", "toys", mass, "wood", "x",
-                          lambda: [Part(box(20, 20, 20), "#ffffff", "wood", "convex")])
+        return ObjectSpec(
+            "cube",
+            "box",
+            "toys",
+            mass,
+            "wood",
+            "x",
+            lambda: [Part(box(20, 20, 20), "#ffffff", "wood", "convex")],
+        )
 
     assert build_shape(spec(0.1), tmp_path)
     assert not build_shape(spec(0.1), tmp_path)
@@ -198,6 +211,7 @@ def test_wrong_families_and_materials_are_refused(wrong: dict[str, str]) -> None
 
 
 # ---------------------------------------------------------------- files and manifest
+
 
 @pytest.fixture
 def toys(toy_catalog: Path, tmp_path: Path) -> Path:
@@ -295,7 +309,8 @@ def _entries() -> list[dict]:
 
 ENTRIES = _entries()
 complete = pytest.mark.skipif(
-    len(ENTRIES) != 180, reason=f"the manifest lists {len(ENTRIES)} of 180 objects: not all are built yet")
+    len(ENTRIES) != 180, reason=f"the manifest lists {len(ENTRIES)} of 180 objects: not all are built yet"
+)
 
 
 @cache

@@ -37,9 +37,17 @@ class Check:
 
     def to_json(self) -> dict[str, Any]:
         """Plain data."""
-        return {"name": self.name, "expected": self.expected, "measured": self.measured, "unit": self.unit,
-                "error": self.error, "tolerance": self.tolerance, "relative": self.relative,
-                "passed": self.passed, "source": self.source}
+        return {
+            "name": self.name,
+            "expected": self.expected,
+            "measured": self.measured,
+            "unit": self.unit,
+            "error": self.error,
+            "tolerance": self.tolerance,
+            "relative": self.relative,
+            "passed": self.passed,
+            "source": self.source,
+        }
 
 
 def equals(name: str, expected: float, measured: float, unit: str, tolerance: float, source: str) -> Check:

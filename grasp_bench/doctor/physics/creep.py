@@ -13,5 +13,12 @@ def creep(scenario: Scenario, seconds: float = 60.0) -> list[Check]:
     rig.grip(scenario.gripper.force)
     rig.run(0.5)
     distance, _ = rig.moved(seconds)
-    return [below(f"creep of a held box of 200 g over {seconds:g} s", 1e6 * distance / seconds, 5.0, "µm/s",
-                  "Coulomb: none below the limit of friction")]
+    return [
+        below(
+            f"creep of a held box of 200 g over {seconds:g} s",
+            1e6 * distance / seconds,
+            5.0,
+            "µm/s",
+            "Coulomb: none below the limit of friction",
+        )
+    ]

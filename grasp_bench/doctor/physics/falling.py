@@ -25,7 +25,7 @@ def falling(scenario: Scenario) -> list[Check]:
     mujoco.mj_kinematics(rig.model, rig.data)  # poses are otherwise those before the last step
     fallen = HEIGHT - float(rig.world.object_pose[0][2])
     dof = int(rig.model.joint("object").dofadr[0])
-    momentum = MASS * float(np.linalg.norm(rig.data.qvel[dof:dof + 3]))
+    momentum = MASS * float(np.linalg.norm(rig.data.qvel[dof : dof + 3]))
     # On to rest: the table's impulse must be m g T, whatever happened in between.
     impulse, force = 0.0, np.zeros(6)
     steps = round((2.0 - time) / rig.dt)
@@ -35,13 +35,25 @@ def falling(scenario: Scenario) -> list[Check]:
             if rig.world.object_body in rig.model.geom_bodyid[rig.data.contact.geom[i]]:
                 mujoco.mj_contactForce(rig.model, rig.data, i, force)
                 impulse += float((rig.data.contact.frame[i].reshape(3, 3).T @ force[:3])[2]) * rig.dt
-    left = MASS * float(np.linalg.norm(rig.data.qvel[dof:dof + 3]))
+    left = MASS * float(np.linalg.norm(rig.data.qvel[dof : dof + 3]))
     return [
-        equals("free fall in 0.3 s", G * time**2 / 2, fallen, "m", 0.01,
-               "½ g t²; semi-implicit Euler falls g t dt / 2 further"),
+        equals(
+            "free fall in 0.3 s",
+            G * time**2 / 2,
+            fallen,
+            "m",
+            0.01,
+            "½ g t²; semi-implicit Euler falls g t dt / 2 further",
+        ),
         equals("momentum after 0.3 s of falling", MASS * G * time, momentum, "N s", 1e-3, "m g t"),
-        equals("impulse of the table on what was dropped, in 2 s", MASS * G * 2.0, abs(impulse), "N s", 0.01,
-               "momentum: ∫ N dt = m g T"),
+        equals(
+            "impulse of the table on what was dropped, in 2 s",
+            MASS * G * 2.0,
+            abs(impulse),
+            "N s",
+            0.01,
+            "momentum: ∫ N dt = m g T",
+        ),
         below("momentum left 2 s after it was let go", left, 1e-4, "N s", "at rest"),
         spin(rig),
     ]
@@ -53,15 +65,20 @@ def spin(rig: Rig) -> Check:
     rig.model.opt.gravity[:] = 0
     rig.world.place_object(np.array([0.5, 0.3, 0.5]), np.array([1.0, 0, 0, 0]))
     dof = int(rig.model.joint("object").dofadr[0])
-    rig.data.qvel[dof + 3:dof + 6] = [8.0, 1.0, 3.0]
+    rig.data.qvel[dof + 3 : dof + 6] = [8.0, 1.0, 3.0]
 
     def angular() -> np.ndarray:
         mujoco.mj_kinematics(rig.model, rig.data)
         rotation = rig.world.object_pose[1]
-        return rotation @ (rig.body.inertia @ rig.data.qvel[dof + 3:dof + 6])
+        return rotation @ (rig.body.inertia @ rig.data.qvel[dof + 3 : dof + 6])
 
     before = angular()
     rig.run(0.5)
     change = float(np.linalg.norm(angular() - before) / np.linalg.norm(before))
-    return below("change of angular momentum of a tumbling box in 0.5 s", 100 * change, 1.0, "%",
-                 "conservation; Euler's equations")
+    return below(
+        "change of angular momentum of a tumbling box in 0.5 s",
+        100 * change,
+        1.0,
+        "%",
+        "conservation; Euler's equations",
+    )

@@ -46,9 +46,20 @@ def incline(scenario: Scenario) -> list[Check]:
     rig.run(SLIDING)
     acceleration = (float(rig.data.qvel[joint + 1]) - speed) / SLIDING
     return [
-        equals("tangent of the table's angle at which a block slides", friction, slope, "", 0.05,
-               "Coulomb: tan α = μ"),
-        equals(f"acceleration down a table of {math.degrees(angle):.1f}°",
-               G * (math.sin(angle) - friction * math.cos(angle)), acceleration, "m/s²", 0.05,
-               "Coulomb: g (sin α − μ cos α)"),
+        equals(
+            "tangent of the table's angle at which a block slides",
+            friction,
+            slope,
+            "",
+            0.05,
+            "Coulomb: tan α = μ",
+        ),
+        equals(
+            f"acceleration down a table of {math.degrees(angle):.1f}°",
+            G * (math.sin(angle) - friction * math.cos(angle)),
+            acceleration,
+            "m/s²",
+            0.05,
+            "Coulomb: g (sin α − μ cos α)",
+        ),
     ]

@@ -24,11 +24,20 @@ def jacobian(scenario: Scenario) -> list[Check]:
         # Shaken while held, so that contacts and limits are all at work.
         rig.data.ctrl[:6] = joints + 0.02 * np.sin(0.1 * step) * np.array([1, 1, -1, 1, -1, 1])
         rig.world.step(1)
-        dense, sparse = (acceleration(rig, mode) for mode in (mujoco.mjtJacobian.mjJAC_DENSE,
-                                                              mujoco.mjtJacobian.mjJAC_SPARSE))
+        dense, sparse = (
+            acceleration(rig, mode)
+            for mode in (mujoco.mjtJacobian.mjJAC_DENSE, mujoco.mjtJacobian.mjJAC_SPARSE)
+        )
         worst = max(worst, float(np.abs(dense - sparse).max() / np.abs(dense).max()))
-    return [below("accelerations with a sparse instead of a dense Jacobian, of the greatest", worst, 1e-6, "",
-                  "the same equations")]
+    return [
+        below(
+            "accelerations with a sparse instead of a dense Jacobian, of the greatest",
+            worst,
+            1e-6,
+            "",
+            "the same equations",
+        )
+    ]
 
 
 def acceleration(rig: Rig, mode: mujoco.mjtJacobian) -> np.ndarray:

@@ -33,8 +33,19 @@ def penetration(scenario: Scenario) -> list[Check]:
         touch = rig.world.touch()
         reached = max((touch.left + touch.right) / 2, reached, key=lambda f: abs(f - force))
     return [
-        below(f"depth of the pads in blocks of {min(MASSES):g} to {max(MASSES):g} kg at {force:g} N",
-              1000 * deepest, 0.5, "mm", "rigid bodies: none"),
-        equals("force of each pad at the greatest setting", force, reached, "N", 0.01,
-               "what the scenario asks for"),
+        below(
+            f"depth of the pads in blocks of {min(MASSES):g} to {max(MASSES):g} kg at {force:g} N",
+            1000 * deepest,
+            0.5,
+            "mm",
+            "rigid bodies: none",
+        ),
+        equals(
+            "force of each pad at the greatest setting",
+            force,
+            reached,
+            "N",
+            0.01,
+            "what the scenario asks for",
+        ),
     ]

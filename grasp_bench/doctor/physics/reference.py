@@ -36,8 +36,13 @@ class Watched:
 def halved(scenario: Scenario) -> Scenario:
     """The scenario with half the time step, and as many commands a second."""
     physics = scenario.physics
-    return scenario.model_copy(update={"physics": physics.model_copy(update={
-        "timestep": physics.timestep / 2, "control_steps": 2 * physics.control_steps})})
+    return scenario.model_copy(
+        update={
+            "physics": physics.model_copy(
+                update={"timestep": physics.timestep / 2, "control_steps": 2 * physics.control_steps}
+            )
+        }
+    )
 
 
 _cell: dict[str, Any] = {}
@@ -61,13 +66,25 @@ def _watch(trial: int, name: str, seed: int) -> Watched:
         np.maximum(torque, np.abs(world.joint_torques), out=torque)
         np.maximum(velocity, np.abs(world.joint_velocities), out=velocity)
 
-    done = run_trial(_cell["cell"], _cell["catalog"].load(name), _cell["predictor"], trial=trial, attempt=0,
-                     seed=seed, observer=observe)
+    done = run_trial(
+        _cell["cell"],
+        _cell["catalog"].load(name),
+        _cell["predictor"],
+        trial=trial,
+        attempt=0,
+        seed=seed,
+        observer=observe,
+    )
     return Watched(done.record.to_json(), torque, velocity)
 
 
-def watch(scenario: Scenario, objects: list[str] | None = None, seed: int = 0, workers: int = 2,
-          progress: Callable[[], None] = lambda: None) -> list[Watched]:
+def watch(
+    scenario: Scenario,
+    objects: list[str] | None = None,
+    seed: int = 0,
+    workers: int = 2,
+    progress: Callable[[], None] = lambda: None,
+) -> list[Watched]:
     """The oracle's trial of each object, watched at every command.
 
     Args:
@@ -100,17 +117,35 @@ def loads(watched: list[Watched]) -> list[Check]:
     velocity = np.max([w.velocity for w in watched], axis=0) / VELOCITY_LIMITS
     source = "limits of the maker's URDF"
     return [
-        below(f"greatest joint torque of {len(watched)} trials, of its limit", 100 * float(torque.max()),
-              100.0, "%", f"{source}; joint {int(torque.argmax()) + 1}"),
-        below(f"greatest joint velocity of {len(watched)} trials, of its limit", 100 * float(velocity.max()),
-              100.0, "%", f"{source}; joint {int(velocity.argmax()) + 1}"),
+        below(
+            f"greatest joint torque of {len(watched)} trials, of its limit",
+            100 * float(torque.max()),
+            100.0,
+            "%",
+            f"{source}; joint {int(torque.argmax()) + 1}",
+        ),
+        below(
+            f"greatest joint velocity of {len(watched)} trials, of its limit",
+            100 * float(velocity.max()),
+            100.0,
+            "%",
+            f"{source}; joint {int(velocity.argmax()) + 1}",
+        ),
     ]
 
 
 def time_step(whole: list[Watched], half: list[Watched]) -> Check:
     """Share of trials [%] whose success half the time step changes; the same trials in both."""
-    changed = [a.record["object"] for a, b in zip(whole, half, strict=True)
-               if a.record["success"] != b.record["success"]]
+    changed = [
+        a.record["object"]
+        for a, b in zip(whole, half, strict=True)
+        if a.record["success"] != b.record["success"]
+    ]
     names = f": {', '.join(changed)}" if changed else ""
-    return below(f"trials whose success half the time step changes ({len(changed)}/{len(whole)})",
-                 100 * len(changed) / len(whole), 2.0, "%", f"converged physics: none{names}")
+    return below(
+        f"trials whose success half the time step changes ({len(changed)}/{len(whole)})",
+        100 * len(changed) / len(whole),
+        2.0,
+        "%",
+        f"converged physics: none{names}",
+    )

@@ -51,8 +51,12 @@ class Body:
         return [self.points]
 
 
-def block(size: tuple[float, float, float], mass: float, friction: float,
-          centre: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Body:
+def block(
+    size: tuple[float, float, float],
+    mass: float,
+    friction: float,
+    centre: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> Body:
     """Uniform box of ``size`` [m] whose middle lies at ``centre`` from the centre of mass."""
     corners = np.array(list(itertools.product(*((-s / 2, s / 2) for s in size)))) + centre
     a, b, c = np.square(size)

@@ -23,6 +23,14 @@ def slip(scenario: Scenario) -> list[Check]:
             return rig.moved(0.5)[0] > 1e-3
 
         force = threshold(slips, 0.7 * expected, 1.4 * expected)
-        checks.append(equals(f"least grip force, {mass:g} kg at μ = {friction:g}", expected, force, "N", 0.05,
-                             "Coulomb: F = m g / (2 μ)"))
+        checks.append(
+            equals(
+                f"least grip force, {mass:g} kg at μ = {friction:g}",
+                expected,
+                force,
+                "N",
+                0.05,
+                "Coulomb: F = m g / (2 μ)",
+            )
+        )
     return checks

@@ -22,7 +22,15 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 QUICK: tuple[Callable[[Scenario], list[Check]], ...] = (
-    slip, incline, torsion, creep, falling, jacobian, penetration, tracking)
+    slip,
+    incline,
+    torsion,
+    creep,
+    falling,
+    jacobian,
+    penetration,
+    tracking,
+)
 """Checks that take seconds each."""
 
 
@@ -40,11 +48,16 @@ def quick(scenario: Scenario) -> Iterator[Check]:
         yield from test(scenario)
 
 
-def trials(scenario: Scenario, workers: int, objects: list[str] | None = None,
-           progress: Callable[[], None] = lambda: None) -> Trials:
+def trials(
+    scenario: Scenario,
+    workers: int,
+    objects: list[str] | None = None,
+    progress: Callable[[], None] = lambda: None,
+) -> Trials:
     """The reference trials, twice; ``progress`` is called after each."""
-    return Trials(*(watch(s, objects, workers=workers, progress=progress)
-                    for s in (scenario, halved(scenario))))
+    return Trials(
+        *(watch(s, objects, workers=workers, progress=progress) for s in (scenario, halved(scenario)))
+    )
 
 
 def judged(done: Trials) -> list[Check]:
@@ -57,8 +70,13 @@ def table(checks: list[Check]) -> Table:
     from rich.table import Table
     from rich.text import Text
 
-    shown = Table(title="Physics against closed forms", title_justify="left", title_style="bold", box=None,
-                  padding=(0, 1))
+    shown = Table(
+        title="Physics against closed forms",
+        title_justify="left",
+        title_style="bold",
+        box=None,
+        padding=(0, 1),
+    )
     for name in ("", "Check"):
         shown.add_column(name)
     for name in ("Expected", "Measured", "Error", "Allowed"):
@@ -73,16 +91,24 @@ def cells(check: Check) -> tuple[str, str, str, str]:
     """Expected, measured, error and tolerance as they are read."""
     unit = f" {check.unit}" if check.unit else ""
     if check.relative:
-        return (f"{check.expected:.4g}{unit}", f"{check.measured:.4g}{unit}", f"{check.error:.2%}",
-                f"{check.tolerance:.2%}")
+        return (
+            f"{check.expected:.4g}{unit}",
+            f"{check.measured:.4g}{unit}",
+            f"{check.error:.2%}",
+            f"{check.tolerance:.2%}",
+        )
     return "0", f"{check.measured:.3g}{unit}", f"{check.error:.3g}{unit}", f"{check.tolerance:.3g}{unit}"
 
 
 def markdown(checks: list[Check]) -> str:
     """For the documentation."""
-    lines = ["| check | closed form or limit | expected | measured | error | allowed | |",
-             "|---|---|--:|--:|--:|--:|---|"]
+    lines = [
+        "| check | closed form or limit | expected | measured | error | allowed | |",
+        "|---|---|--:|--:|--:|--:|---|",
+    ]
     for check in checks:
-        lines.append(f"| {check.name} | {check.source.replace('|', chr(92) + '|')} | "
-                     f"{' | '.join(cells(check))} | {'passed' if check.passed else '**failed**'} |")
+        lines.append(
+            f"| {check.name} | {check.source.replace('|', chr(92) + '|')} | "
+            f"{' | '.join(cells(check))} | {'passed' if check.passed else '**failed**'} |"
+        )
     return "\n".join(lines) + "\n"

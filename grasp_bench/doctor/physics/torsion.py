@@ -32,6 +32,7 @@ def torsion(scenario: Scenario) -> list[Check]:
 
 def least_force(rig: Rig, expected: float, off_centre: float) -> float:
     """Least force per pad at which the body does not turn [N]."""
+
     def turns(force: float) -> bool:
         rig.grip(force, (-off_centre, 0.0))
         return rig.moved(0.5)[1] > TURNED
@@ -47,8 +48,14 @@ def pointed(scenario: Scenario, mass: float = 2.0, friction: float = 0.7, off_ce
     mu = friction * scenario.gripper.friction_scale
     expected = mass * G / 2 * np.sqrt(1 / mu**2 + (off_centre / twist) ** 2)
     force = least_force(Rig(scenario, body), float(expected), off_centre)
-    return equals(f"least grip force, points {1000 * off_centre:g} mm off-centre, {mass:g} kg",
-                  float(expected), force, "N", 0.05, "soft finger: (W/2F)² (1/μ² + d²/μ_t²) = 1")
+    return equals(
+        f"least grip force, points {1000 * off_centre:g} mm off-centre, {mass:g} kg",
+        float(expected),
+        force,
+        "N",
+        0.05,
+        "soft finger: (W/2F)² (1/μ² + d²/μ_t²) = 1",
+    )
 
 
 def plate(scenario: Scenario, mass: float = 1.0, friction: float = 0.7, off_centre: float = 0.06) -> Check:
@@ -57,8 +64,14 @@ def plate(scenario: Scenario, mass: float = 1.0, friction: float = 0.7, off_cent
     mu = friction * scenario.gripper.friction_scale
     expected = mass * G / collapse(mu, scenario.gripper.torsional_friction, off_centre)
     force = least_force(Rig(scenario, body), expected, off_centre)
-    return equals(f"least grip force, plate {1000 * off_centre:g} mm off-centre, {mass:g} kg", expected,
-                  force, "N", 0.05, "plastic collapse of eight frictional points")
+    return equals(
+        f"least grip force, plate {1000 * off_centre:g} mm off-centre, {mass:g} kg",
+        expected,
+        force,
+        "N",
+        0.05,
+        "plastic collapse of eight frictional points",
+    )
 
 
 def collapse(friction: float, twist: float, off_centre: float) -> float:

@@ -54,8 +54,9 @@ def reference_plan(scenario: Scenario) -> Plan:
     from grasp_bench.predictors import load_predictor
     from grasp_bench.trials.attempt import Workcell, run_trial
 
-    trial = run_trial(Workcell(scenario), Catalog().load(OBJECT), load_predictor("oracle"), trial=0,
-                      attempt=0, seed=0)
+    trial = run_trial(
+        Workcell(scenario), Catalog().load(OBJECT), load_predictor("oracle"), trial=0, attempt=0, seed=0
+    )
     assert trial.plan is not None
     return trial.plan
 
@@ -65,7 +66,8 @@ def track(scenario: Scenario, plan: Plan, load: float) -> Tracking:
     root: Any = compose(scenario, block((0.04, 0.04, 0.04), 0.1, 0.7))
     if load:
         weight = root.find("body", f"{GRIPPER_PREFIX}gripper").add(
-            "body", name="load", pos=[0, 0, FLANGE_TO_TCP])
+            "body", name="load", pos=[0, 0, FLANGE_TO_TCP]
+        )
         weight.add("inertial", mass=load, pos=[0, 0, 0], diaginertia=[load * 1e-3] * 3)
     world = World(compile_mjcf(root), scenario)
     model, data = world.model, world.data
@@ -110,17 +112,40 @@ def tracking(scenario: Scenario) -> list[Check]:
         moving = 1000 * np.linalg.norm(run.error - run.droop, axis=1)
         if load == 0:
             checks += [
-                below("TCP error at the grasp", float(moving[grasp - 1]),
-                      1000 * scenario.motion.tcp_tolerance, "mm",
-                      "the plan; a trial's own limit (motion.tcp_tolerance)"),
-                below("TCP error on the way down", float(moving[down:grasp].max()), 1000 * SIDE_CLEARANCE,
-                      "mm", "the plan; the room beside a finger"),
+                below(
+                    "TCP error at the grasp",
+                    float(moving[grasp - 1]),
+                    1000 * scenario.motion.tcp_tolerance,
+                    "mm",
+                    "the plan; a trial's own limit (motion.tcp_tolerance)",
+                ),
+                below(
+                    "TCP error on the way down",
+                    float(moving[down:grasp].max()),
+                    1000 * SIDE_CLEARANCE,
+                    "mm",
+                    "the plan; the room beside a finger",
+                ),
             ]
         else:
-            checks.append(equals(f"droop of the TCP under {load:g} kg, at rest",
-                                 1000 * float(-run.droop[-1, 2]), 1000 * float(-run.error[-1, 2]), "mm", 0.05,
-                                 "J K⁻¹ Jᵀ m g of the position servos"))
+            checks.append(
+                equals(
+                    f"droop of the TCP under {load:g} kg, at rest",
+                    1000 * float(-run.droop[-1, 2]),
+                    1000 * float(-run.error[-1, 2]),
+                    "mm",
+                    0.05,
+                    "J K⁻¹ Jᵀ m g of the position servos",
+                )
+            )
         words = "" if load == 0 else " beyond its droop"
-        checks.append(below(f"TCP error in any motion with {load:g} kg{words}", float(moving.max()), FREE,
-                            "mm", "the plan; nothing is nearer than 30 mm to a free motion"))
+        checks.append(
+            below(
+                f"TCP error in any motion with {load:g} kg{words}",
+                float(moving.max()),
+                FREE,
+                "mm",
+                "the plan; nothing is nearer than 30 mm to a free motion",
+            )
+        )
     return checks

@@ -49,8 +49,9 @@ class Candidates(NamedTuple):
     source: NDArray[np.int8]
 
 
-def propose(model: mujoco.MjModel, data: mujoco.MjData, found: GraspField, field: HeightField, count: int,
-            rng: Rng) -> Candidates:
+def propose(
+    model: mujoco.MjModel, data: mujoco.MjData, found: GraspField, field: HeightField, count: int, rng: Rng
+) -> Candidates:
     """About ``count`` candidates of all :data:`SOURCES`; fewer where there is little to grasp.
 
     Args:
@@ -75,15 +76,25 @@ def propose(model: mujoco.MjModel, data: mujoco.MjData, found: GraspField, field
         none, nowhere = np.zeros(0), np.zeros(0, np.int64)
         return Candidates(nowhere, nowhere, none, none, none, none, none, none.astype(np.int8))
     rows, columns, yaw = map(np.array, zip(*own, *free, strict=True))
-    graded = [heightfield.grasps_at(field, rows[i:i + 1], columns[i:i + 1], float(yaw[i]))
-              for i in range(len(own), len(rows))]
-    own_cells = rows[:len(own)], columns[:len(own)]
+    graded = [
+        heightfield.grasps_at(field, rows[i : i + 1], columns[i : i + 1], float(yaw[i]))
+        for i in range(len(own), len(rows))
+    ]
+    own_cells = rows[: len(own)], columns[: len(own)]
 
     def column(name: str) -> Floats:
         return np.concatenate([getattr(found, name)[own_cells], *(g[name] for g in graded)]).astype(float)
 
-    return Candidates(rows, columns, yaw, column("opening"), column("tip"), column("top"),
-                      column("quality"), np.array(source, np.int8))
+    return Candidates(
+        rows,
+        columns,
+        yaw,
+        column("opening"),
+        column("tip"),
+        column("top"),
+        column("quality"),
+        np.array(source, np.int8),
+    )
 
 
 def _apart(cells: list[tuple[int, int]], chosen: list[tuple[int, int]], count: int) -> list[tuple[int, int]]:
@@ -95,8 +106,9 @@ def _apart(cells: list[tuple[int, int]], chosen: list[tuple[int, int]], count: i
     return chosen
 
 
-def antipodal(model: mujoco.MjModel, data: mujoco.MjData, field: HeightField, count: int,
-              rng: Rng) -> list[Jaws]:
+def antipodal(
+    model: mujoco.MjModel, data: mujoco.MjData, field: HeightField, count: int, rng: Rng
+) -> list[Jaws]:
     """Up to ``count`` pairs of opposite points of the objects' true surfaces, as cells and jaw directions.
 
     From a random point of a steep surface a ray goes in, within the friction cone: to the
@@ -140,8 +152,10 @@ def _steep_faces(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Floats, Fl
             continue
         mesh = model.geom_dataid[geom]
         first, many = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-        vertices = model.mesh_vert[first:first + many] @ data.geom_xmat[geom].reshape(3, 3).T
-        faces = model.mesh_face[model.mesh_faceadr[mesh]:model.mesh_faceadr[mesh] + model.mesh_facenum[mesh]]
+        vertices = model.mesh_vert[first : first + many] @ data.geom_xmat[geom].reshape(3, 3).T
+        faces = model.mesh_face[
+            model.mesh_faceadr[mesh] : model.mesh_faceadr[mesh] + model.mesh_facenum[mesh]
+        ]
         triangles = (vertices + data.geom_xpos[geom])[faces]
         normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
         area = np.linalg.norm(normal, axis=1)

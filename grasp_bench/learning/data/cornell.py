@@ -65,13 +65,17 @@ class Cornell(Collection):
         """Reads one sample; AssetError names a file that is damaged."""
         corners = read_numbers(entry.labels, 2)
         if len(corners) % 4:
-            raise AssetError(f"{entry.labels}: {len(corners)} lines are no whole number of rectangles "
-                             f"(four lines each).")
+            raise AssetError(
+                f"{entry.labels}: {len(corners)} lines are no whole number of rectangles (four lines each)."
+            )
         rectangles, dropped = without_nan(corners.reshape(-1, 4, 2))
         rgb = read_rgb(entry.rgb)
         shape = rgb.shape[:2]
-        depth = read_depth(entry.depth, shape) if entry.depth.suffix == ".tiff" \
+        depth = (
+            read_depth(entry.depth, shape)
+            if entry.depth.suffix == ".tiff"
             else distance_from_cloud(entry.depth, shape)
+        )
         return Sample(entry.name, rgb, depth, rectangles, dropped)
 
 

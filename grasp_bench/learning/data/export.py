@@ -76,8 +76,12 @@ def _export(path: Path, target: Path, name: str, size: int) -> bool:
     rows = []
     for g in scene.truths():
         r, c = (int(np.clip(v, 0, scene.size - 1)) for v in (g.y, g.x))
-        rows.append(row_from_grasp(Grasp(g.x * scale, g.y * scale, g.angle, g.width * scale),
-                                   scale * FINGER * float(focal[0]) / max(float(true[r, c]), 1e-3)))
+        rows.append(
+            row_from_grasp(
+                Grasp(g.x * scale, g.y * scale, g.angle, g.width * scale),
+                scale * FINGER * float(focal[0]) / max(float(true[r, c]), 1e-3),
+            )
+        )
     prefix = f"{target}/0_{name}_"
     square = (size, size)
     nearest = cv2.INTER_NEAREST_EXACT
@@ -86,9 +90,11 @@ def _export(path: Path, target: Path, name: str, size: int) -> bool:
         files = {
             "RGB.png": cv2.resize(scene.rgb, square, interpolation=cv2.INTER_LINEAR)[..., ::-1],
             "perfect_depth.tiff": cv2.resize(true, square, interpolation=nearest),
-            "stereo_depth.tiff": cv2.resize(np.where(sensed > 0, sensed, np.float32(-1)), square,
-                                            interpolation=nearest),
-            "mask.png": cv2.resize(mask, square, interpolation=nearest)}
+            "stereo_depth.tiff": cv2.resize(
+                np.where(sensed > 0, sensed, np.float32(-1)), square, interpolation=nearest
+            ),
+            "mask.png": cv2.resize(mask, square, interpolation=nearest),
+        }
         for ending, image in files.items():
             if not cv2.imwrite(prefix + ending, image):
                 raise OSError(f"{prefix + ending} was refused")

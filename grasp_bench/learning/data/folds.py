@@ -49,16 +49,20 @@ def make_folds(objects: Sequence[str | None], count: int, split: Split, seed: in
     known = all(o is not None for o in objects)
     groups = sorted({str(o) for o in objects}) if split == "object" and known else None
     if not 1 <= count <= len(groups or objects):
-        raise GraspBenchError(f"{count} folds cannot be made of {len(groups or objects)} "
-                              f"{'objects' if groups else 'images'}; give --folds from 1 to "
-                              f"{len(groups or objects)}.")
+        raise GraspBenchError(
+            f"{count} folds cannot be made of {len(groups or objects)} "
+            f"{'objects' if groups else 'images'}; give --folds from 1 to "
+            f"{len(groups or objects)}."
+        )
     if split == "image":
         parts = np.array_split(np.random.default_rng(seed).permutation(len(objects)), count)
         how = f"{count} folds of images at random (seed {seed})"
     elif groups is None:
         parts = np.array_split(np.arange(len(objects)), count)
-        how = (f"{count} contiguous blocks of the images in order, since this copy has no object ids: an "
-               f"object whose views lie across a border is in two blocks")
+        how = (
+            f"{count} contiguous blocks of the images in order, since this copy has no object ids: an "
+            f"object whose views lie across a border is in two blocks"
+        )
     else:
         shuffled = np.random.default_rng(seed).permutation(groups)
         sizes = {g: sum(o == g for o in objects) for g in groups}

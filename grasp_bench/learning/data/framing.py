@@ -64,10 +64,10 @@ class Frame:
         h, w = array.shape[:2]
         before, after = np.maximum(-first, 0), np.maximum(last - (w, h), 0)
         if before.any() or after.any():
-            rims = [(before[1], after[1]), (before[0], after[0]), (0, 0)][:array.ndim]
+            rims = [(before[1], after[1]), (before[0], after[0]), (0, 0)][: array.ndim]
             array = np.pad(array, rims, mode="edge" if fill else "constant")
         first, last = first + before, last + before
-        part = array[first[1]:last[1], first[0]:last[0]]
+        part = array[first[1] : last[1], first[0] : last[0]]
         if array.ndim == 3:
             kind = cv2.INTER_AREA if self.scale < 1 else cv2.INTER_LINEAR
         else:

@@ -39,8 +39,14 @@ class Produced:
     failed: dict[int, str]
 
 
-def generate(out: Path, scenes: int, seed: int, config: SynthConfig, workers: int = 2,
-             report: Callable[[Entry | None, bool], None] = lambda entry, fresh: None) -> Produced:
+def generate(
+    out: Path,
+    scenes: int,
+    seed: int,
+    config: SynthConfig,
+    workers: int = 2,
+    report: Callable[[Entry | None, bool], None] = lambda entry, fresh: None,
+) -> Produced:
     """Generate scenes 0 … ``scenes`` − 1 into ``out``, keeping those already there.
 
     Args:
@@ -67,8 +73,9 @@ def generate(out: Path, scenes: int, seed: int, config: SynthConfig, workers: in
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ[name] = "1"  # inherited by the workers, which are started afresh
     with ProcessPool(workers, max_tasks=200, context=multiprocessing.get_context("spawn")) as pool:
-        futures: dict[Future[Entry], int] = {pool.submit(_produce, TIMEOUT, out, i, seed, config): i
-                                             for i in range(scenes) if i not in entries}
+        futures: dict[Future[Entry], int] = {
+            pool.submit(_produce, TIMEOUT, out, i, seed, config): i for i in range(scenes) if i not in entries
+        }
         try:
             for future in as_completed(futures):
                 index = futures[future]
@@ -93,8 +100,9 @@ def _check_config(out: Path, seed: int, config: SynthConfig) -> None:
     if path.is_file():
         found = {k: v for k, v in json.loads(path.read_text()).items() if k in wanted}
         if found != wanted:
-            raise GraspBenchError(f"{out} holds scenes made with {found}, not with {wanted}; "
-                                  "choose another folder.")
+            raise GraspBenchError(
+                f"{out} holds scenes made with {found}, not with {wanted}; choose another folder."
+            )
     versions = {"python": platform.python_version(), "numpy": np.__version__, "mujoco": mujoco.__version__}
     _write(path, (json.dumps(wanted | {"versions": versions}, indent=1) + "\n").encode())
 
@@ -112,8 +120,15 @@ def _entry(out: Path, index: int, seed: int) -> Entry | None:
             tried, objects = file["tried"], int(file["objects"])
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None
-    return {"scene": f"{index:06d}", "file": _file(index), "split": "train" if index % VALIDATION else "val",
-            "seed": seed, "objects": objects, "tried": len(tried), "held": int(tried[:, 5].sum())}
+    return {
+        "scene": f"{index:06d}",
+        "file": _file(index),
+        "split": "train" if index % VALIDATION else "val",
+        "seed": seed,
+        "objects": objects,
+        "tried": len(tried),
+        "held": int(tried[:, 5].sum()),
+    }
 
 
 def _produce(out: Path, index: int, seed: int, config: SynthConfig) -> Entry:
@@ -149,5 +164,8 @@ def calibration(out: Path, entries: list[Entry], bins: int = 10) -> list[tuple[f
     tried = [np.load(out / e["file"])["tried"] for e in entries]
     quality, held = np.vstack([np.zeros((0, 6)), *tried])[:, 4:].T
     which = np.clip((quality * bins).astype(int), 0, bins - 1)
-    return [((i + 1) / bins, int((which == i).sum()), float(held[which == i].mean()))
-            for i in range(bins) if (which == i).any()]
+    return [
+        ((i + 1) / bins, int((which == i).sum()), float(held[which == i].mean()))
+        for i in range(bins)
+        if (which == i).any()
+    ]

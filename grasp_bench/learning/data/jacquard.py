@@ -55,8 +55,9 @@ class Jacquard(Collection):
             absent = [p.relative_to(root).as_posix() for p in (rgb, tiff) if not p.is_file()]
             missing += absent
             if not absent:
-                entries.append(Entry(_name(labels, prefix, root), _object(labels, prefix, root),
-                                     labels, rgb, tiff))
+                entries.append(
+                    Entry(_name(labels, prefix, root), _object(labels, prefix, root), labels, rgb, tiff)
+                )
         return cls(root, entries, missing, window=1024)
 
     def load(self, entry: Entry) -> Sample:
@@ -78,8 +79,9 @@ def _object(labels: Path, prefix: str, root: Path) -> str | None:
 
 def corners_from_rows(rows: Floats) -> Floats:
     """Rows (N, 5) of a grasps file → corners (N, 4, 2), the first edge along the opening."""
-    corners = [Grasp(x, y, -np.radians(theta), opening).rectangle(height=jaw)
-               for x, y, theta, opening, jaw in rows]
+    corners = [
+        Grasp(x, y, -np.radians(theta), opening).rectangle(height=jaw) for x, y, theta, opening, jaw in rows
+    ]
     return np.array(corners, float).reshape(-1, 4, 2)
 
 

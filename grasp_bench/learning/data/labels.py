@@ -37,8 +37,9 @@ class View:
         distance = (height - self.pose.position[2]) / self.rays[..., 2]
         return self.pose.position[:2] + self.rays[..., :2] * distance[..., None]
 
-    def grasps(self, centre: NDArray[np.floating], yaw: NDArray,
-               opening: NDArray) -> tuple[Floats, Floats, Floats]:
+    def grasps(
+        self, centre: NDArray[np.floating], yaw: NDArray, opening: NDArray
+    ) -> tuple[Floats, Floats, Floats]:
         """Pixel (…, 2), angle and width of grasps about world points (…, 3), as the planner reads them."""
         half = 0.5 * opening[..., None] * np.stack([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)], axis=-1)
         ends = [self.intrinsics.project(self.pose.to_camera(centre + s * half)) for s in (-1, 1)]
@@ -60,8 +61,9 @@ def polished(found: GraspField) -> GraspField:
     return GraspField(quality, found.yaw[source], found.opening[source], found.tip[source], found.top[source])
 
 
-def balanced(found: GraspField, field: HeightField, view: View, owner: NDArray[np.int64],
-             centres: Floats) -> GraspField:
+def balanced(
+    found: GraspField, field: HeightField, view: View, owner: NDArray[np.int64], centres: Floats
+) -> GraspField:
     """Quality for the centre of mass of the object at each cell, or of the nearest one seen.
 
     Args:
@@ -108,5 +110,8 @@ def dense(view: View, found: GraspField, field: HeightField, picture: Picture) -
     centre = np.concatenate([view.on_plane(top), top[..., None]], axis=-1)
     _, angle, width = view.grasps(centre, found.yaw[cell], found.opening[cell])
     on = stored > 0
-    return {"quality": stored, "angle": np.where(on, angle, 0).astype(np.float16),
-            "width": np.where(on, width, 0).astype(np.float16)}
+    return {
+        "quality": stored,
+        "angle": np.where(on, angle, 0).astype(np.float16),
+        "width": np.where(on, width, 0).astype(np.float16),
+    }

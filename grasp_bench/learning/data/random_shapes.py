@@ -49,6 +49,7 @@ class RandomObject:
 
 # ---------------------------------------------------------------- sizes and colours
 
+
 def box_size(rng: Rng) -> Floats:
     """(3,) edges [mm]: compact, elongated, flat or small."""
     kind = rng.random()
@@ -80,6 +81,7 @@ def _tinted(rng: Rng, value: float) -> tuple[float, float, float]:
 
 
 # ---------------------------------------------------------------- kinds of objects
+
 
 def lump(rng: Rng) -> Parts:
     """One convex solid."""
@@ -174,7 +176,7 @@ def rod_and_head(rng: Rng) -> Parts:
     length, thick = log_uniform(rng, 60, 260), log_uniform(rng, 7, 28)
     rod = solids.bar(rng, length, thick, thick * rng.uniform(0.6, 1))
     parts = [[rod]]
-    for side in (1, -1)[:1 + int(rng.random() < 0.3)]:
+    for side in (1, -1)[: 1 + int(rng.random() < 0.3)]:
         head = _head(rng, thick)
         parts.append([head.placed(offset=(side * rod.size[0] / 2, 0, rng.uniform(-0.2, 0.2) * head.size[2]))])
     return parts
@@ -200,8 +202,13 @@ def crossing(rng: Rng) -> Parts:
     ring = rng.random() < 0.5
     parts: Parts = []
     for i, side in enumerate((-1, 1)):
-        arm = [solids.swept([(-length / 2, 0), (length / 2, 0)], solids.section(rng, width, height),
-                            rng.uniform(0.5, 1, 2)).placed(offset=(pivot, 0, 0))]
+        arm = [
+            solids.swept(
+                [(-length / 2, 0), (length / 2, 0)],
+                solids.section(rng, width, height),
+                rng.uniform(0.5, 1, 2),
+            ).placed(offset=(pivot, 0, 0))
+        ]
         if ring:
             eye = solids.loop(rng, rng.uniform(28, 60), rng.uniform(25, 45), rng.uniform(7, 10), height)
             arm.append(eye.placed(offset=(pivot - length / 2 - 0.4 * eye.size[0], 0, 0)))
@@ -214,8 +221,10 @@ def two_loops(rng: Rng) -> Parts:
     width, thick, height = log_uniform(rng, 35, 75), log_uniform(rng, 7, 12), log_uniform(rng, 7, 16)
     depth, gap = width * rng.uniform(0.6, 1), rng.uniform(0, 40)
     reach = (width + gap) / 2
-    eyes = [solids.loop(rng, width, depth, thick, height).placed((0, 0, turn), (x, 0, 0))
-            for x, turn in ((-reach, 180), (reach, 0))]
+    eyes = [
+        solids.loop(rng, width, depth, thick, height).placed((0, 0, turn), (x, 0, 0))
+        for x, turn in ((-reach, 180), (reach, 0))
+    ]
     bridge = solids.block(rng, np.array([gap + 1.6 * thick, thick, height]))
     return [eyes, [bridge.placed(offset=(0, rng.uniform(-0.2, 0.2) * depth, 0))]]
 
@@ -233,13 +242,25 @@ def stack(rng: Rng) -> Parts:
 
 
 KINDS: dict[Callable[[Rng], Parts], float] = {
-    lump: 0.17, turned: 0.07, vessel: 0.12, cutout: 0.09, bar: 0.11, loop: 0.04, body_and_handle: 0.07,
-    tool: 0.12, rod_and_head: 0.07, plate_and_knob: 0.04, crossing: 0.04, two_loops: 0.02, stack: 0.04,
+    lump: 0.17,
+    turned: 0.07,
+    vessel: 0.12,
+    cutout: 0.09,
+    bar: 0.11,
+    loop: 0.04,
+    body_and_handle: 0.07,
+    tool: 0.12,
+    rod_and_head: 0.07,
+    plate_and_knob: 0.04,
+    crossing: 0.04,
+    two_loops: 0.02,
+    stack: 0.04,
 }
 """Kinds of objects and how often each is drawn."""
 
 
 # ---------------------------------------------------------------- the object
+
 
 def random_object(rng: np.random.Generator) -> RandomObject:
     """A new random object; redrawn while it has too many pieces."""
@@ -273,8 +294,14 @@ def assemble(rng: np.random.Generator, parts: Parts, kind: str) -> RandomObject:
     visual, hulls = [], []
     for part in placed:
         for s in part:
-            visual.append(VisualPart(np.asarray(s.mesh.vertices) - centre, np.asarray(s.mesh.faces, np.int32),
-                                     color, float(rng.uniform(0.2, 0.9))))
+            visual.append(
+                VisualPart(
+                    np.asarray(s.mesh.vertices) - centre,
+                    np.asarray(s.mesh.faces, np.int32),
+                    color,
+                    float(rng.uniform(0.2, 0.9)),
+                )
+            )
             hulls += [p - centre for p in s.pieces]
         if rng.random() < 0.75:
             color = random_color(rng)

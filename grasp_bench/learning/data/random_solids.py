@@ -66,8 +66,10 @@ class Solid:
 
     def mapped(self, f: Callable[[Floats], Floats]) -> Solid:
         """Copy with an affine map applied to all vertices."""
-        return Solid(Mesh(f(np.asarray(self.mesh.vertices)), self.mesh.faces, process=False),
-                     [f(p) for p in self.pieces])
+        return Solid(
+            Mesh(f(np.asarray(self.mesh.vertices)), self.mesh.faces, process=False),
+            [f(p) for p in self.pieces],
+        )
 
 
 def log_uniform(rng: Rng, low: float, high: float) -> float:
@@ -81,6 +83,7 @@ def convex(mesh: Mesh) -> Solid:
 
 
 # ---------------------------------------------------------------- convex solids, filling a box
+
 
 def block(rng: Rng, size: Floats) -> Solid:
     """Box with sharp or rounded edges."""
@@ -123,12 +126,15 @@ def lump(rng: Rng, size: ArrayLike) -> Solid:
 
 # ---------------------------------------------------------------- solids of revolution
 
-def _frustum(low: Floats, high: Floats, start: float = 0.0, stop: float = 2 * np.pi,
-             points: int = SEGMENTS) -> Floats:
+
+def _frustum(
+    low: Floats, high: Floats, start: float = 0.0, stop: float = 2 * np.pi, points: int = SEGMENTS
+) -> Floats:
     """Points on the circles of (r, z) ``low`` and ``high`` between two angles."""
     t = np.linspace(start, stop, points, endpoint=stop - start < 2 * np.pi - 1e-9)
-    return np.vstack([np.column_stack([r * np.cos(t), r * np.sin(t), np.full(points, z)])
-                      for r, z in (low, high)])
+    return np.vstack(
+        [np.column_stack([r * np.cos(t), r * np.sin(t), np.full(points, z)]) for r, z in (low, high)]
+    )
 
 
 def _profile(rng: Rng, count: int, least: float) -> Floats:
@@ -163,14 +169,18 @@ def vessel(rng: Rng, diameter: float, height: float) -> Solid:
     hollow = np.column_stack([slack, inner[:, 1]])
     edges = np.linspace(0, 2 * np.pi, SECTORS + 1)
     points = SEGMENTS // SECTORS + 1
-    pieces = [np.vstack([_frustum(ring[i], ring[i + 1], a, b, points) for ring in (outer, hollow)])
-              for i in range(bands) for a, b in pairwise(edges)]
+    pieces = [
+        np.vstack([_frustum(ring[i], ring[i + 1], a, b, points) for ring in (outer, hollow)])
+        for i in range(bands)
+        for a, b in pairwise(edges)
+    ]
     if not is_tube:
         pieces.append(_frustum(outer[0], np.array([np.interp(floor, outer[:, 1], outer[:, 0]) - 0.1, floor])))
     return Solid(mesh, pieces).centred()
 
 
 # ---------------------------------------------------------------- extruded figures
+
 
 def partition(figure: BaseGeometry) -> list[Floats]:
     """Convex polygons (N, 2) that together cover ``figure``, a little more at round hollows."""
@@ -197,8 +207,10 @@ def partition(figure: BaseGeometry) -> list[Floats]:
 
 def extruded(figure: BaseGeometry, height: float) -> Solid:
     """A figure of the xy plane [mm] given ``height``."""
-    pieces = [np.vstack([np.column_stack([p, np.full(len(p), z)]) for z in (0.0, height)])
-              for p in partition(figure)]
+    pieces = [
+        np.vstack([np.column_stack([p, np.full(len(p), z)]) for z in (0.0, height)])
+        for p in partition(figure)
+    ]
     return Solid(shapes.extrude(figure, height), pieces).centred()
 
 
@@ -246,13 +258,14 @@ def cutout(rng: Rng, size: ArrayLike) -> Solid:
 
 # ---------------------------------------------------------------- swept bars
 
+
 def swept(path: ArrayLike, section: Polygon, scales: ArrayLike | None = None, closed: bool = False) -> Solid:
     """Bar along a ``path`` (N, 2) in the xy plane; the section's x lies in that plane."""
     points = np.asarray(path, float)
     path3 = np.column_stack([points, np.zeros(len(points))])
     mesh = shapes.sweep(section, path3, scales=scales, closed=closed)
     corners = len(section.exterior.coords) - 1
-    rings = np.asarray(mesh.vertices)[:len(points) * corners].reshape(len(points), corners, 3)
+    rings = np.asarray(mesh.vertices)[: len(points) * corners].reshape(len(points), corners, 3)
     rings = np.concatenate([rings, rings[:1]]) if closed else rings
     return Solid(mesh, [np.concatenate([a, b]) for a, b in pairwise(rings)])
 

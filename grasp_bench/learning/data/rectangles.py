@@ -95,8 +95,11 @@ class Collection(ABC):
 
     def describe(self) -> str:
         """One or two sentences on what was found."""
-        objects = (f"{len({e.object for e in self.entries})} objects" if self.knows_objects
-                   else "object ids not in this copy")
+        objects = (
+            f"{len({e.object for e in self.entries})} objects"
+            if self.knows_objects
+            else "object ids not in this copy"
+        )
         full = self.images_in_full
         part = "" if len(self.entries) == full else f" of {full} in the full set"
         text = f"{self.name} in {self.root.name}: {len(self.entries)} images{part}, {objects}."
@@ -129,14 +132,19 @@ def open_collection(root: Path, name: DatasetName | None = None, depth: str = "p
         if found.entries:
             return found
         if found.missing:
-            raise AssetError(f"No sample in {root} is complete: {', '.join(found.missing[:5])} "
-                             f"{'is' if len(found.missing) == 1 else 'are'} missing.")
+            raise AssetError(
+                f"No sample in {root} is complete: {', '.join(found.missing[:5])} "
+                f"{'is' if len(found.missing) == 1 else 'are'} missing."
+            )
     wanted = {"cornell": "Cornell (pcdNNNNcpos.txt)", "jacquard": "Jacquard (…_grasps.txt)"}
-    raise AssetError(f"{root} holds no {wanted[name] if name else ' and no '.join(wanted.values())} files; "
-                     f"give the root of a copy in its original layout.")
+    raise AssetError(
+        f"{root} holds no {wanted[name] if name else ' and no '.join(wanted.values())} files; "
+        f"give the root of a copy in its original layout."
+    )
 
 
 # ---------------------------------------------------------------- reading
+
 
 def read_rgb(path: Path) -> NDArray[np.uint8]:
     """(H, W, 3) of an image file; AssetError when it is none."""
@@ -156,8 +164,10 @@ def read_depth(path: Path, shape: tuple[int, ...]) -> NDArray[np.float32]:
     if image is None:
         raise AssetError(f"{path} is truncated or not a depth image; fetch it again.")
     if image.ndim != 2 or image.shape != shape or image.dtype.kind != "f":
-        raise AssetError(f"{path} must hold floating-point depth of {shape[1]}×{shape[0]} px like its colour "
-                         f"image, but is {image.dtype} of shape {image.shape}.")
+        raise AssetError(
+            f"{path} must hold floating-point depth of {shape[1]}×{shape[0]} px like its colour "
+            f"image, but is {image.dtype} of shape {image.shape}."
+        )
     with np.errstate(invalid="ignore"):
         return np.where(np.isfinite(image) & (image > 0), image, 0).astype(np.float32)
 

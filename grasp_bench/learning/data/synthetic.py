@@ -101,20 +101,27 @@ def jittered(scenario: Scenario, rng: Rng) -> Scenario:
     """The scenario with the camera moved a little, another table colour and other sensor noise."""
     camera, roll = scenario.camera, np.radians(rng.uniform(-4, 4))
     up = np.array(camera.image_up) @ Rotation.from_euler("z", roll).as_matrix().T
-    moved = camera.model_copy(update={
-        "position": tuple(camera.position + rng.uniform(-0.01, 0.01, 3)),
-        "target": tuple(camera.target + rng.uniform(-0.01, 0.01, 3) * [1, 1, 0]), "image_up": tuple(up)})
+    moved = camera.model_copy(
+        update={
+            "position": tuple(camera.position + rng.uniform(-0.01, 0.01, 3)),
+            "target": tuple(camera.target + rng.uniform(-0.01, 0.01, 3) * [1, 1, 0]),
+            "image_up": tuple(up),
+        }
+    )
     color = scenario.table.color if rng.random() < 0.4 else random_color(rng)
     table = scenario.table.model_copy(update={"color": tuple(np.clip(color + rng.normal(0, 0.03, 3), 0, 1))})
-    return scenario.model_copy(update={"camera": moved, "table": table,
-                                       "sensor": _noisier(scenario.sensor, rng.uniform(0.3, 1.7))})
+    return scenario.model_copy(
+        update={"camera": moved, "table": table, "sensor": _noisier(scenario.sensor, rng.uniform(0.3, 1.7))}
+    )
 
 
 def _noisier(sensor: Sensor, strength: float) -> Sensor:
     sizes = ("axial_sigma", "axial_sigma_per_metre", "lateral_sigma_px", "rgb_sigma")
     shares = ("mixed_pixels", "edge_dropout", "grazing_dropout", "speckle_dropout")
-    return sensor.model_copy(update={k: strength * getattr(sensor, k) for k in sizes}
-                             | {k: min(strength * getattr(sensor, k), 1.0) for k in shares})
+    return sensor.model_copy(
+        update={k: strength * getattr(sensor, k) for k in sizes}
+        | {k: min(strength * getattr(sensor, k), 1.0) for k in shares}
+    )
 
 
 def arrange(gripper: FloatingGripper, objects: list[RandomObject], spread: float, rng: Rng) -> bool:
@@ -127,17 +134,21 @@ def arrange(gripper: FloatingGripper, objects: list[RandomObject], spread: float
         low, high = cloud.min(0), cloud.max(0)
         for _ in range(8):  # beside the others where there is room, else upon them
             place = centre + rng.uniform(-spread, spread, 2)
-            below = [b for a, b in boxes
-                     if (low[:2] + place < b[:2]).all() and (high[:2] + place > a[:2]).all()]
+            below = [
+                b for a, b in boxes if (low[:2] + place < b[:2]).all() and (high[:2] + place > a[:2]).all()
+            ]
             if not below:
                 break
         z = max((b[2] for b in below), default=0.0) + 0.001 - low[2]
         position = np.array([*place, z])
         boxes.append((low + position, high + position))
-        gripper.data.qpos[q:q + 3], gripper.data.qpos[q + 3:q + 7] = position, turn.as_quat(scalar_first=True)
+        gripper.data.qpos[q : q + 3], gripper.data.qpos[q + 3 : q + 7] = (
+            position,
+            turn.as_quat(scalar_first=True),
+        )
     if not gripper.settle(2.0):
         return False
-    ended = np.array([gripper.data.qpos[q:q + 3] for q in gripper.object_q])
+    ended = np.array([gripper.data.qpos[q : q + 3] for q in gripper.object_q])
     return bool((np.abs(ended[:, :2] - centre) < REACH).all() and (ended[:, 2] > 0).all())
 
 
@@ -152,6 +163,7 @@ def tipped(vertices: Floats, rng: Rng) -> Rotation:
 
 
 # ---------------------------------------------------------------- picture and labels
+
 
 def record(gripper: FloatingGripper, objects: list[RandomObject], config: SynthConfig, rng: Rng) -> Arrays:
     """Picture and labels of the scene at rest in ``gripper``."""
@@ -171,19 +183,27 @@ def record(gripper: FloatingGripper, objects: list[RandomObject], config: SynthC
     if len(objects) > 1:
         found = labels.balanced(found, field, view, _owner(gripper, picture, len(objects)), centres)
     tried = propose(gripper.model, gripper.data, found, field, config.tries, rng)
-    centre = np.column_stack([field.origin[0] + tried.columns * CELL, field.origin[1] + tried.rows * CELL,
-                              tried.top])
+    centre = np.column_stack(
+        [field.origin[0] + tried.columns * CELL, field.origin[1] + tried.rows * CELL, tried.top]
+    )
     held = _attempts(gripper, tried, centre)
     pixel, angle, width = view.grasps(centre, tried.yaw, tried.opening)
     listed = np.column_stack([pixel, angle, width, tried.quality, held]).astype(np.float32)
     grasps = listed[held, :5]
     grasps[:, 4] = 1
     return {
-        "rgb": image.rgb, "depth": _packed(image.depth), "depth_true": _packed(picture.depth),
+        "rgb": image.rgb,
+        "depth": _packed(image.depth),
+        "depth_true": _packed(picture.depth),
         **labels.dense(view, labels.refute(found, tried, held, config.refuted), field, picture),
-        "grasps": grasps, "tried": listed, "source": tried.source,
-        "objects": np.array(len(objects)), "intrinsics": np.array([crop.fx, crop.fy, crop.cx, crop.cy]),
-        "camera_position": pose.position, "camera_rotation": pose.rotation}
+        "grasps": grasps,
+        "tried": listed,
+        "source": tried.source,
+        "objects": np.array(len(objects)),
+        "intrinsics": np.array([crop.fx, crop.fy, crop.cx, crop.cy]),
+        "camera_position": pose.position,
+        "camera_rotation": pose.rotation,
+    }
 
 
 def _packed(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
@@ -213,8 +233,13 @@ def _heights(gripper: FloatingGripper, objects: list[RandomObject]) -> HeightFie
     cloud = np.vstack(clouds)[:, :2]
     low, high = cloud.min(0), cloud.max(0)
     middle, first = (low + high) / 2, gripper.data.body("object0").xpos
-    return measure_heights(gripper.model, gripper.data, (middle[0], middle[1]), (first[0], first[1]),
-                           float((high - low).max()) / 2 + MARGIN)
+    return measure_heights(
+        gripper.model,
+        gripper.data,
+        (middle[0], middle[1]),
+        (first[0], first[1]),
+        float((high - low).max()) / 2 + MARGIN,
+    )
 
 
 def _owner(gripper: FloatingGripper, picture: Picture, count: int) -> NDArray[np.int64]:
@@ -227,6 +252,10 @@ def _owner(gripper: FloatingGripper, picture: Picture, count: int) -> NDArray[np
 def _attempts(gripper: FloatingGripper, tried: Candidates, centre: NDArray[np.floating]) -> NDArray[np.bool_]:
     """(M,) whether each grasp about the world points ``centre`` (M, 3) held."""
     state = gripper.state()
-    return np.array([gripper.attempt(state, np.array([x, y, tip]), float(yaw), float(opening), QUICK).held
-                     for (x, y, _), tip, yaw, opening
-                     in zip(centre, tried.tip, tried.yaw, tried.opening, strict=True)], bool)
+    return np.array(
+        [
+            gripper.attempt(state, np.array([x, y, tip]), float(yaw), float(opening), QUICK).held
+            for (x, y, _), tip, yaw, opening in zip(centre, tried.tip, tried.yaw, tried.opening, strict=True)
+        ],
+        bool,
+    )

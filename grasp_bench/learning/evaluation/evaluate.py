@@ -77,8 +77,9 @@ class Training:
     out: Path
 
 
-def evaluate(question: Question, training: Training | None = None,
-             report: Report = lambda record: None) -> dict[str, Any]:
+def evaluate(
+    question: Question, training: Training | None = None, report: Report = lambda record: None
+) -> dict[str, Any]:
     """Evaluates, and returns a JSON-able result: counts, interval, conventions, one record an image.
 
     Raises:
@@ -87,8 +88,10 @@ def evaluate(question: Question, training: Training | None = None,
     """
     if question.dataset == "synthetic":
         if training is not None:
-            raise GraspBenchError("Training for each fold is for Cornell and Jacquard; "
-                                  "use `grasp-bench train` for synthetic scenes.")
+            raise GraspBenchError(
+                "Training for each fold is for Cornell and Jacquard; "
+                "use `grasp-bench train` for synthetic scenes."
+            )
         return _evaluate_synthetic(question, report)
     collection = open_collection(question.root, question.dataset, question.depth)
     folds = make_folds([e.object for e in collection.entries], question.folds, question.split, question.seed)
@@ -109,13 +112,28 @@ def evaluate(question: Question, training: Training | None = None,
         cases = (make_case(collection, i, crop, question.protocol, question.seed) for i in folds.test[fold])
         found = list(_judge_all(predictor, cases, question.protocol, report))
         records += [{"fold": fold + 1, **r} for r in found]
-        parts.append({"fold": fold + 1, "correct": sum(r["verdict"] == "correct" for r in found),
-                      "images": len(found), "trained": trained})
-    return _result(question, records, predictor, {
-        "found": collection.describe(), "images_in_full": collection.images_in_full,
-        "object_ids": collection.knows_objects, "missing": collection.missing, "folds": parts,
-        "how": folds.how if question.folds > 1 else "all images once",
-        "depth": question.depth if question.dataset == "jacquard" else None})
+        parts.append(
+            {
+                "fold": fold + 1,
+                "correct": sum(r["verdict"] == "correct" for r in found),
+                "images": len(found),
+                "trained": trained,
+            }
+        )
+    return _result(
+        question,
+        records,
+        predictor,
+        {
+            "found": collection.describe(),
+            "images_in_full": collection.images_in_full,
+            "object_ids": collection.knows_objects,
+            "missing": collection.missing,
+            "folds": parts,
+            "how": folds.how if question.folds > 1 else "all images once",
+            "depth": question.depth if question.dataset == "jacquard" else None,
+        },
+    )
 
 
 def _load(question: Question) -> Predictor:
@@ -138,8 +156,9 @@ def _network(name: str, weights: Path | None) -> Predictor:
     return NetworkPredictor(name, weights, level=False)
 
 
-def _judge_all(predictor: Predictor, cases: Iterator[Case], protocol: Protocol,
-               report: Report) -> Iterator[dict[str, Any]]:
+def _judge_all(
+    predictor: Predictor, cases: Iterator[Case], protocol: Protocol, report: Report
+) -> Iterator[dict[str, Any]]:
     warm = False
     for i, case in enumerate(cases):
         if hasattr(predictor, "begin"):
@@ -148,10 +167,16 @@ def _judge_all(predictor: Predictor, cases: Iterator[Case], protocol: Protocol,
             evaluate_case(predictor, case, protocol)
             warm = True
         judged, seconds, cpu = evaluate_case(predictor, case, protocol)
-        record = {"image": case.name, "object": case.object, "verdict": judged.verdict,
-                  "iou": round(judged.iou, 4), "milliseconds": round(1e3 * seconds, 2),
-                  "cpu_milliseconds": round(1e3 * cpu, 2),
-                  "labels": len(case.rectangles), "dropped": case.dropped}
+        record = {
+            "image": case.name,
+            "object": case.object,
+            "verdict": judged.verdict,
+            "iou": round(judged.iou, 4),
+            "milliseconds": round(1e3 * seconds, 2),
+            "cpu_milliseconds": round(1e3 * cpu, 2),
+            "labels": len(case.rectangles),
+            "dropped": case.dropped,
+        }
         report(record)
         yield record
 
@@ -161,13 +186,26 @@ def _evaluate_synthetic(question: Question, report: Report) -> dict[str, Any]:
     crop = getattr(predictor, "crop", CROP)
     cases, total = _synthetic_cases(question.root, crop)
     if question.protocol != "strict" or question.folds != 1:
-        raise GraspBenchError("Synthetic scenes have one protocol, strict, and their own held-out scenes; "
-                              "leave out --protocol and --folds.")
+        raise GraspBenchError(
+            "Synthetic scenes have one protocol, strict, and their own held-out scenes; "
+            "leave out --protocol and --folds."
+        )
     records = [{"fold": 1, **r} for r in _judge_all(predictor, cases, "strict", report)]
-    return _result(question, records, predictor, {
-        "found": f"synthetic scenes in {question.root.name}: {len(records)} held-out scenes with good grasps "
-                 f"in view, of {total}", "images_in_full": total, "object_ids": True, "missing": [],
-        "folds": [], "how": "scenes of the split 'val'", "depth": "sensed"})
+    return _result(
+        question,
+        records,
+        predictor,
+        {
+            "found": f"synthetic scenes in {question.root.name}: {len(records)} held-out scenes with good "
+            f"grasps in view, of {total}",
+            "images_in_full": total,
+            "object_ids": True,
+            "missing": [],
+            "folds": [],
+            "how": "scenes of the split 'val'",
+            "depth": "sensed",
+        },
+    )
 
 
 def _synthetic_cases(root: Path, crop: int) -> tuple[Iterator[Case], int]:
@@ -191,8 +229,10 @@ def _synthetic_cases(root: Path, crop: int) -> tuple[Iterator[Case], int]:
 
 # ---------------------------------------------------------------- training for a fold
 
-def _train_fold(question: Question, training: Training, collection: Collection, folds: Folds,
-                fold: int) -> tuple[Path, dict[str, Any]]:
+
+def _train_fold(
+    question: Question, training: Training, collection: Collection, folds: Folds, fold: int
+) -> tuple[Path, dict[str, Any]]:
     """Weights trained on all but one fold, and facts on the run; those of a finished run are kept."""
     from grasp_bench.learning.training.config import TrainConfig
     from grasp_bench.learning.training.loop import train
@@ -203,19 +243,32 @@ def _train_fold(question: Question, training: Training, collection: Collection, 
     out = training.out / f"fold-{fold + 1}-of-{len(folds.test)}"
     scenes = mixed_with_real(training.synthetic, collection, folds.train(fold), training.real_share, CROP)
     facts: dict[str, Any] = {
-        "steps": settings.steps, "batch": settings.batch, "lr": settings.lr, "seed": settings.seed,
+        "steps": settings.steps,
+        "batch": settings.batch,
+        "lr": settings.lr,
+        "seed": settings.seed,
         "begun_with": described(training.init) if training.init else None,
         "real_images": len(folds.train(fold)),
         "real_share": training.real_share if training.synthetic else 1.0,
-        "synthetic": [f.name for f in training.synthetic], "scenes": len(scenes.train)}
+        "synthetic": [f.name for f in training.synthetic],
+        "scenes": len(scenes.train),
+    }
     config = settings.model_copy(update={"network": question.predictor, "init": facts["begun_with"]})
     path = out / f"{question.predictor}.safetensors"
     try:
         trained = train(config, scenes, out, None, training.init)
     except AssetError as error:  # of a run with other settings
         raise AssetError(str(error).replace("--out", "--runs")) from error
-    save(trained.network, path, {"network": question.predictor, "input": _input(config), "trained": facts,
-                                 "left_out": [collection.entries[i].name for i in folds.test[fold]]})
+    save(
+        trained.network,
+        path,
+        {
+            "network": question.predictor,
+            "input": _input(config),
+            "trained": facts,
+            "left_out": [collection.entries[i].name for i in folds.test[fold]],
+        },
+    )
     return path, facts
 
 
@@ -227,8 +280,10 @@ def _input(config: Any) -> str:
 
 # ---------------------------------------------------------------- result
 
-def _result(question: Question, records: list[dict[str, Any]], predictor: Any,
-            facts: dict[str, Any]) -> dict[str, Any]:
+
+def _result(
+    question: Question, records: list[dict[str, Any]], predictor: Any, facts: dict[str, Any]
+) -> dict[str, Any]:
     import torch
 
     if not records:
@@ -236,21 +291,37 @@ def _result(question: Question, records: list[dict[str, Any]], predictor: Any,
     counts = Counter(r["verdict"] for r in records)
     times = [r["milliseconds"] for r in records]
     return {
-        "format": FORMAT, "kind": "evaluation", "predictor": question.predictor,
-        "weights": weights_facts(predictor), "dataset": question.dataset, "split": question.split,
-        "protocol": question.protocol, "conventions": CONVENTIONS[question.protocol], "seed": question.seed,
+        "format": FORMAT,
+        "kind": "evaluation",
+        "predictor": question.predictor,
+        "weights": weights_facts(predictor),
+        "dataset": question.dataset,
+        "split": question.split,
+        "protocol": question.protocol,
+        "conventions": CONVENTIONS[question.protocol],
+        "seed": question.seed,
         **facts,
-        "correct": counts["correct"], "images": len(records), "rate": counts["correct"] / len(records),
+        "correct": counts["correct"],
+        "images": len(records),
+        "rate": counts["correct"] / len(records),
         "wilson95": list(wilson(counts["correct"], len(records))),
         "verdicts": {v: counts[v] for v in VERDICTS},
         "dropped_rectangles": sum(r["dropped"] for r in records),
-        "latency_ms": {"median": round(float(np.median(times)), 2),
-                       "p95": round(float(np.percentile(times, 95)), 2),
-                       "cpu_median": round(float(np.median([r["cpu_milliseconds"] for r in records])), 2)},
-        "machine": {"processor": processor(), "threads": 1, "precision": "float32",
-                    "load": round(os.getloadavg()[0], 2),
-                    "torch": torch.__version__, "python": platform.python_version()},
-        "records": records}
+        "latency_ms": {
+            "median": round(float(np.median(times)), 2),
+            "p95": round(float(np.percentile(times, 95)), 2),
+            "cpu_median": round(float(np.median([r["cpu_milliseconds"] for r in records])), 2),
+        },
+        "machine": {
+            "processor": processor(),
+            "threads": 1,
+            "precision": "float32",
+            "load": round(os.getloadavg()[0], 2),
+            "torch": torch.__version__,
+            "python": platform.python_version(),
+        },
+        "records": records,
+    }
 
 
 def weights_facts(predictor: Any) -> dict[str, Any] | None:

@@ -88,5 +88,10 @@ def legacy_best(maps: GraspMaps, min_distance: int = 20, threshold: float = 0.2)
     if not inner.size or inner.max() <= threshold:
         return None
     r, c = (int(i) + min_distance for i in np.unravel_index(int(inner.argmax()), inner.shape))
-    return Grasp(c + 0.5, r + 0.5, wrap_angle(float(angle[r, c])), max(float(width[r, c]), 1.0),
-                 float(np.clip(quality[r, c], 0, 1)))
+    return Grasp(
+        c + 0.5,
+        r + 0.5,
+        wrap_angle(float(angle[r, c])),
+        max(float(width[r, c]), 1.0),
+        float(np.clip(quality[r, c], 0, 1)),
+    )

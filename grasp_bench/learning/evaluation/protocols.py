@@ -74,15 +74,21 @@ def make_case(collection: Collection, index: int, crop: int, protocol: Protocol,
 def _legacy_view(sample: Sample, window: int, crop: int, rng: np.random.Generator) -> Framed:
     h, w = sample.depth.shape
     middle = sample.rectangles.mean(axis=(0, 1)) if len(sample.rectangles) else np.array([w / 2, h / 2])
-    x, y = (float(np.clip(m, min(window, n) / 2, n - min(window, n) / 2))
-            for m, n in zip(middle, (w, h), strict=True))
+    x, y = (
+        float(np.clip(m, min(window, n) / 2, n - min(window, n) / 2))
+        for m, n in zip(middle, (w, h), strict=True)
+    )
     seen = framed(sample, Frame(x, y, window * rng.uniform(0.5, 1.0), crop), crop)
     turns = int(rng.integers(4))
     points = seen.rectangles
     for _ in range(turns):  # np.rot90 takes (x, y) to (y, S − x)
         points = np.stack([points[..., 1], crop - points[..., 0]], axis=-1)
-    return replace(seen, rgb=np.ascontiguousarray(np.rot90(seen.rgb, turns)),
-                   depth=np.ascontiguousarray(np.rot90(seen.depth, turns)), rectangles=points)
+    return replace(
+        seen,
+        rgb=np.ascontiguousarray(np.rot90(seen.rgb, turns)),
+        depth=np.ascontiguousarray(np.rot90(seen.depth, turns)),
+        rectangles=points,
+    )
 
 
 def best_grasp(predictor: Any, case: Case, protocol: Protocol) -> tuple[Grasp | None, float, float]:
@@ -94,8 +100,9 @@ def best_grasp(predictor: Any, case: Case, protocol: Protocol) -> tuple[Grasp | 
     """
     image = as_image(case)
     if isinstance(predictor, PrivilegedPredictor):
-        raise GraspBenchError(f"{type(predictor).__name__} needs the simulator's truth and cannot be "
-                              f"evaluated on a data set.")
+        raise GraspBenchError(
+            f"{type(predictor).__name__} needs the simulator's truth and cannot be evaluated on a data set."
+        )
     if protocol == "strict":
         began = _clocks()
         grasps = predictor.predict(image)
@@ -103,8 +110,10 @@ def best_grasp(predictor: Any, case: Case, protocol: Protocol) -> tuple[Grasp | 
         grasps = checked(grasps, image.intrinsics)
         return (grasps[0] if grasps else None), *seconds.tolist()
     if not hasattr(predictor, "maps"):
-        raise GraspBenchError("--protocol legacy filters a network's maps; this predictor gives grasps only. "
-                              "Use --protocol strict.")
+        raise GraspBenchError(
+            "--protocol legacy filters a network's maps; this predictor gives grasps only. "
+            "Use --protocol strict."
+        )
     began = _clocks()
     best = legacy_best(predictor.maps(image))
     return best, *(_clocks() - began).tolist()

@@ -51,18 +51,28 @@ class View:
     def grasp(self, grasp: Grasp, size: int, crop: int) -> Grasp:
         """A grasp of the scene in pixels of the crop."""
         x, y = self.matrix(size, crop) @ (grasp.x, grasp.y, 1.0)
-        return Grasp(float(x), float(y), wrap_angle(float(self.angle(grasp.angle))),
-                     grasp.width * self.scale, grasp.quality)
+        return Grasp(
+            float(x),
+            float(y),
+            wrap_angle(float(self.angle(grasp.angle))),
+            grasp.width * self.scale,
+            grasp.quality,
+        )
 
 
 def random_view(rng: np.random.Generator) -> View:
     """Any rotation, mirrored or not, scale 0.9 to 1.1, shift up to 24 px."""
-    return View(rng.uniform(-math.pi, math.pi), bool(rng.integers(2)), rng.uniform(0.9, 1.1),
-                (rng.uniform(-24, 24), rng.uniform(-24, 24)))
+    return View(
+        rng.uniform(-math.pi, math.pi),
+        bool(rng.integers(2)),
+        rng.uniform(0.9, 1.1),
+        (rng.uniform(-24, 24), rng.uniform(-24, 24)),
+    )
 
 
-def crop_scene(scene: Scene, view: View, crop: int = 224
-               ) -> tuple[NDArray[np.uint8], NDArray[np.float32], GraspMaps]:
+def crop_scene(
+    scene: Scene, view: View, crop: int = 224
+) -> tuple[NDArray[np.uint8], NDArray[np.float32], GraspMaps]:
     """A view of a scene.
 
     Magnifying by s is what a camera nearer by the factor s sees: the depth of the table is
@@ -91,8 +101,12 @@ def crop_scene(scene: Scene, view: View, crop: int = 224
     double = 2 * view.angle(warp(scene.angle.astype(np.float32)))
     width = warp(scene.width.astype(np.float32)) * np.float32(view.scale)
     on = quality > 0
-    labels = GraspMaps(quality, np.where(on, np.sin(double), 0).astype(np.float32),
-                       np.where(on, np.cos(double), 0).astype(np.float32), np.where(on, width, 0))
+    labels = GraspMaps(
+        quality,
+        np.where(on, np.sin(double), 0).astype(np.float32),
+        np.where(on, np.cos(double), 0).astype(np.float32),
+        np.where(on, width, 0),
+    )
     return rgb, depth, labels
 
 

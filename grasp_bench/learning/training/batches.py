@@ -47,15 +47,22 @@ def make_batch(scenes: Sequence[Scene], config: TrainConfig, kind: Kind, crop: i
         chosen = [scenes.draw(np.random.default_rng([config.seed, 3, step, i])) for i in range(config.batch)]
     else:
         chosen = scenes_of_step(config.seed, step, config.batch, len(scenes))
-    samples = [make_sample(scenes[k], kind, crop,
-                           np.random.default_rng([config.seed, 2, step, i]) if config.augment else None)
-               for i, k in enumerate(chosen)]
+    samples = [
+        make_sample(
+            scenes[k],
+            kind,
+            crop,
+            np.random.default_rng([config.seed, 2, step, i]) if config.augment else None,
+        )
+        for i, k in enumerate(chosen)
+    ]
     inputs, targets = zip(*samples, strict=True)
     return np.stack(inputs), np.stack(targets)
 
 
-def batches(scenes: Sequence[Scene], config: TrainConfig, kind: Kind, crop: int,
-            start: int) -> Iterator[Batch]:
+def batches(
+    scenes: Sequence[Scene], config: TrainConfig, kind: Kind, crop: int, start: int
+) -> Iterator[Batch]:
     """Batches of steps ``start`` … ``config.steps`` − 1, two ahead for each thread."""
     with ThreadPoolExecutor(config.workers, thread_name_prefix="batch") as pool:
         waiting: deque = deque()

@@ -15,8 +15,9 @@ from grasp_bench.networks import info, input_kind, parameter_count
 from grasp_bench.runs.statistics import wilson
 
 
-def provenance(trained: Trained, config: TrainConfig, scenes: SceneSet,
-               data: Sequence[Source]) -> dict[str, Any]:
+def provenance(
+    trained: Trained, config: TrainConfig, scenes: SceneSet, data: Sequence[Source]
+) -> dict[str, Any]:
     """JSON-able facts on a run."""
     accuracy = trained.accuracy
     return {
@@ -28,12 +29,18 @@ def provenance(trained: Trained, config: TrainConfig, scenes: SceneSet,
         "steps": config.steps,
         "seed": config.seed,
         "config": config.model_dump(),
-        "data": {"folders": [s.folder.name for s in data],
-                 "real": [s.folder.name for s in data if is_real(s)], "fingerprint": scenes.fingerprint,
-                 "train": len(scenes.train), "val": len(scenes.val)},
+        "data": {
+            "folders": [s.folder.name for s in data],
+            "real": [s.folder.name for s in data if is_real(s)],
+            "fingerprint": scenes.fingerprint,
+            "train": len(scenes.train),
+            "val": len(scenes.val),
+        },
         "commands": "\n".join([*(_made(s) for s in data), _trained(config, data)]),
-        "accuracy": {"top1": [accuracy.hits, accuracy.scenes],
-                     "rectangle": [accuracy.correct, accuracy.labelled]},
+        "accuracy": {
+            "top1": [accuracy.hits, accuracy.scenes],
+            "rectangle": [accuracy.correct, accuracy.labelled],
+        },
     }
 
 
@@ -50,8 +57,10 @@ def _made(source: Source) -> str:
     try:
         made = json.loads((folder / "config.json").read_text())
         scenes = len((folder / "index.jsonl").read_text().splitlines())
-        return (f"grasp-bench data synth --scenes {scenes} --seed {made['seed']} "
-                f"--tries {made['config']['tries']} --out {folder.name}")
+        return (
+            f"grasp-bench data synth --scenes {scenes} --seed {made['seed']} "
+            f"--tries {made['config']['tries']} --out {folder.name}"
+        )
     except (OSError, ValueError, KeyError):
         return f"# {folder.name}: not made by `grasp-bench data synth`"
 
@@ -59,37 +68,66 @@ def _made(source: Source) -> str:
 def _trained(config: TrainConfig, data: Sequence[Source]) -> str:
     """The command of the training, without what is as by default."""
     usual = TrainConfig(network=config.network).model_dump()
-    options = [f"--{k.replace('_', '-')} {v}" for k, v in config.model_dump().items()
-               if v != usual[k] and k in ("steps", "batch", "lr", "seed", "warmup", "geometry_weight",
-                                          "positive_weight", "ema", "precision", "input")]
+    options = [
+        f"--{k.replace('_', '-')} {v}"
+        for k, v in config.model_dump().items()
+        if v != usual[k]
+        and k
+        in (
+            "steps",
+            "batch",
+            "lr",
+            "seed",
+            "warmup",
+            "geometry_weight",
+            "positive_weight",
+            "ema",
+            "precision",
+            "input",
+        )
+    ]
     folders = " ".join(f"--data {s.folder.name}" + (f":{s.weight:g}" if s.weight else "") for s in data)
-    return (f"grasp-bench train --predictor {config.network} {folders} {' '.join(options)} "
-            f"--out runs/{config.network}")
+    return (
+        f"grasp-bench train --predictor {config.network} {folders} {' '.join(options)} "
+        f"--out runs/{config.network}"
+    )
 
 
 def model_card(facts: dict[str, Any]) -> str:
     """Markdown page on weights, made of their metadata."""
     config, data = facts["config"], facts["data"]
-    settings = ", ".join(f"{k} {config[k]}" for k in (
-        "batch", "lr", "warmup", "cosine", "masked", "geometry_weight", "positive_weight", "ema", "augment"))
-    return f"""# {facts['network']}
+    settings = ", ".join(
+        f"{k} {config[k]}"
+        for k in (
+            "batch",
+            "lr",
+            "warmup",
+            "cosine",
+            "masked",
+            "geometry_weight",
+            "positive_weight",
+            "ema",
+            "augment",
+        )
+    )
+    return f"""# {facts["network"]}
 
-Weights for `grasp-bench`, network `{facts['network']}` with {facts['parameters']:,} parameters, input
-{facts['input']} px. Architecture after: {facts['reference']}.
+Weights for `grasp-bench`, network `{facts["network"]}` with {facts["parameters"]:,} parameters, input
+{facts["input"]} px. Architecture after: {facts["reference"]}.
 
 ## Training
-{_begun(facts)}: {data['train']} scenes of {', '.join(data['folders'])}
-(fingerprint `{data['fingerprint']}`), {facts['steps']} steps, seed {facts['seed']}; {settings}.{_took(facts)}
+{_begun(facts)}: {data["train"]} scenes of {", ".join(data["folders"])}
+(fingerprint `{data["fingerprint"]}`), {facts["steps"]} steps, seed {facts["seed"]}; {settings}.{_took(facts)}
 
 ```
-{facts['commands']}
+{facts["commands"]}
 ```
 
-## Accuracy on {data['val']} held-out synthetic scenes
+## Accuracy on {data["val"]} held-out synthetic scenes
 | measure | right | of | 95 % interval |
 |---|---|---|---|
-| best grasp agrees with the label maps (quality ≥ 0.5, 20°, width) | {_row(facts['accuracy']['top1'])} |
-| rectangle metric (30°, IoU > 0.25) | {_row(facts['accuracy']['rectangle'])} |
+| best grasp agrees with the label maps (quality ≥ 0.5, 20°, width) | {_row(facts["accuracy"]["top1"])} |
+| rectangle metric (30°, IoU > 0.25) | {_row(facts["accuracy"]["rectangle"])} |
 
 ## Limits
 {_seen(facts)} Expects a camera looking down at a table, depth in metres, and a scene like

@@ -17,8 +17,15 @@ from grasp_bench.system.integrity import write_whole
 _MOMENTS = ("exp_avg", "exp_avg_sq")
 
 
-def save_checkpoint(path: Path, step: int, network: nn.Module, average: nn.Module | None,
-                    optimizer: torch.optim.AdamW, config: TrainConfig, data: str) -> None:
+def save_checkpoint(
+    path: Path,
+    step: int,
+    network: nn.Module,
+    average: nn.Module | None,
+    optimizer: torch.optim.AdamW,
+    config: TrainConfig,
+    data: str,
+) -> None:
     """Writes one safetensors file, at once or not at all: a kill leaves the last one whole.
 
     Args:
@@ -38,8 +45,14 @@ def save_checkpoint(path: Path, step: int, network: nn.Module, average: nn.Modul
     write_whole(path, to_bytes(stored, {"training": json.dumps(header)}))
 
 
-def load_checkpoint(path: Path, network: nn.Module, average: nn.Module | None,
-                    optimizer: torch.optim.AdamW, config: TrainConfig, data: str) -> int:
+def load_checkpoint(
+    path: Path,
+    network: nn.Module,
+    average: nn.Module | None,
+    optimizer: torch.optim.AdamW,
+    config: TrainConfig,
+    data: str,
+) -> int:
     """Restores a run in place and returns the number of steps done.
 
     Raises:
@@ -51,26 +64,38 @@ def load_checkpoint(path: Path, network: nn.Module, average: nn.Module | None,
             tensors = {key: file.get_tensor(key) for key in file.keys()}  # noqa: SIM118
             step, then, scenes = int(header["step"]), header["config"], header["data"]
     except (SafetensorError, OSError, ValueError, KeyError, TypeError) as error:
-        raise AssetError(f"Checkpoint {path} is truncated or not one ({error}); "
-                         f"delete it to start anew.") from error
+        raise AssetError(
+            f"Checkpoint {path} is truncated or not one ({error}); delete it to start anew."
+        ) from error
     now = config.model_dump()
-    changed = [f"{k} was {then.get(k)!r}, is {v!r}" for k, v in now.items()
-               if k not in FREE_TO_CHANGE and then.get(k) != v]
+    changed = [
+        f"{k} was {then.get(k)!r}, is {v!r}"
+        for k, v in now.items()
+        if k not in FREE_TO_CHANGE and then.get(k) != v
+    ]
     if scenes != data:
         changed.append("the scenes were others")
     if changed:
-        raise AssetError(f"Checkpoint {path} is of another run: {'; '.join(changed)}. "
-                         f"Give the same settings to resume it, or another --out to start anew.")
+        raise AssetError(
+            f"Checkpoint {path} is of another run: {'; '.join(changed)}. "
+            f"Give the same settings to resume it, or another --out to start anew."
+        )
     try:
         _restore(tensors, network, average, optimizer, step)
     except (KeyError, RuntimeError) as error:
-        raise AssetError(f"Checkpoint {path} does not fit the network ({error}); "
-                         f"delete it to start anew.") from error
+        raise AssetError(
+            f"Checkpoint {path} does not fit the network ({error}); delete it to start anew."
+        ) from error
     return step
 
 
-def _restore(tensors: dict[str, Tensor], network: nn.Module, average: nn.Module | None,
-             optimizer: torch.optim.AdamW, step: int) -> None:
+def _restore(
+    tensors: dict[str, Tensor],
+    network: nn.Module,
+    average: nn.Module | None,
+    optimizer: torch.optim.AdamW,
+    step: int,
+) -> None:
     def part(prefix: str) -> dict[str, Tensor]:
         return {k.removeprefix(prefix): v for k, v in tensors.items() if k.startswith(prefix)}
 

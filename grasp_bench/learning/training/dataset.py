@@ -30,8 +30,14 @@ from grasp_bench.grasps import Grasp, wrap_angle
 DEPTH_UNIT = 1e-4
 """Metres per step of the stored depth."""
 
-_ARRAYS = {"rgb": np.uint8, "depth": np.uint16, "quality": np.uint8, "angle": np.float16,
-           "width": np.float16, "grasps": np.float32}
+_ARRAYS = {
+    "rgb": np.uint8,
+    "depth": np.uint16,
+    "quality": np.uint8,
+    "angle": np.float16,
+    "width": np.float16,
+    "grasps": np.float32,
+}
 
 
 @dataclass(frozen=True)
@@ -53,8 +59,10 @@ class Scene:
 
     def truths(self) -> list[Grasp]:
         """The good grasps, in pixels of the scene."""
-        return [Grasp(float(x), float(y), wrap_angle(float(a)), float(w), float(q))
-                for x, y, a, w, q in self.grasps]
+        return [
+            Grasp(float(x), float(y), wrap_angle(float(a)), float(w), float(q))
+            for x, y, a, w, q in self.grasps
+        ]
 
 
 @dataclass(frozen=True)
@@ -96,8 +104,10 @@ def load_scene(path: Path, crop: int = 0) -> Scene:
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in _ARRAYS}
     except Exception as error:  # damaged archives raise nearly anything, even tokenizer errors
-        raise AssetError(f"Scene {path} is truncated or lacks an array ({type(error).__name__}: {error}); "
-                         f"delete it and generate it again.") from error
+        raise AssetError(
+            f"Scene {path} is truncated or lacks an array ({type(error).__name__}: {error}); "
+            f"delete it and generate it again."
+        ) from error
     _check(path, arrays, crop)
     return Scene(path.stem, **arrays)
 
@@ -108,13 +118,16 @@ def _check(path: Path, arrays: dict[str, NDArray], crop: int) -> None:
     for name, dtype in _ARRAYS.items():
         array, shape = arrays[name], shapes.get(name, (size, size))
         if array.dtype != dtype or array.shape != shape:
-            raise AssetError(f"Scene {path}: {name} must be {np.dtype(dtype)} {shape}, is {array.dtype} "
-                             f"{array.shape}; generate it again.")
+            raise AssetError(
+                f"Scene {path}: {name} must be {np.dtype(dtype)} {shape}, is {array.dtype} "
+                f"{array.shape}; generate it again."
+            )
         if array.dtype.kind == "f" and not np.isfinite(array).all():
             raise AssetError(f"Scene {path}: {name} has values that are not finite; generate it again.")
     if size < max(crop, 1):
-        raise AssetError(f"Scene {path} has {size} px a side, but the network needs {crop}; "
-                         f"render it larger.")
+        raise AssetError(
+            f"Scene {path} has {size} px a side, but the network needs {crop}; render it larger."
+        )
 
 
 def read_index(path: Path) -> list[dict[str, str]]:
@@ -122,8 +135,9 @@ def read_index(path: Path) -> list[dict[str, str]]:
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise AssetError(f"Index {path} cannot be read ({error}); "
-                         f"give a folder of generated scenes.") from error
+        raise AssetError(
+            f"Index {path} cannot be read ({error}); give a folder of generated scenes."
+        ) from error
     entries = []
     for number, line in enumerate(lines, 1):
         if not line.strip():
@@ -132,11 +146,15 @@ def read_index(path: Path) -> list[dict[str, str]]:
             entry = json.loads(line)
             file, split = entry["file"], entry["split"]
         except (ValueError, TypeError, KeyError) as error:
-            raise AssetError(f"{path}, line {number}: not a JSON object with 'file' and 'split' ({error!r}); "
-                             f"delete the line or generate the data again.") from error
+            raise AssetError(
+                f"{path}, line {number}: not a JSON object with 'file' and 'split' ({error!r}); "
+                f"delete the line or generate the data again."
+            ) from error
         if split not in ("train", "val") or not isinstance(file, str) or _leaves(file):
-            raise AssetError(f"{path}, line {number}: 'split' must be train or val and 'file' a path inside "
-                             f"the folder, got {split!r} and {file!r}.")
+            raise AssetError(
+                f"{path}, line {number}: 'split' must be train or val and 'file' a path inside "
+                f"the folder, got {split!r} and {file!r}."
+            )
         entries.append(entry)
     return entries
 

@@ -52,8 +52,9 @@ class Trained:
     accuracy: Accuracy
 
 
-def train(config: TrainConfig, scenes: SceneSet, out: Path, report: Report | None = None,
-          init: Path | None = None) -> Trained:
+def train(
+    config: TrainConfig, scenes: SceneSet, out: Path, report: Report | None = None, init: Path | None = None
+) -> Trained:
     """Trains a network, going on from the checkpoint in ``out`` if there is one.
 
     Args:
@@ -73,7 +74,7 @@ def train(config: TrainConfig, scenes: SceneSet, out: Path, report: Report | Non
     # With no core left for preparing batches, OpenMP's barriers wait for the thread it pushed out.
     torch.set_num_threads(config.threads or max((os.cpu_count() or 1) - 1, 1))
     torch.manual_seed(config.seed)
-    network = (build(config.network, kind) if init is None else _begin(config.network, kind, init))
+    network = build(config.network, kind) if init is None else _begin(config.network, kind, init)
     network = network.to(device).train()
     network.to(memory_format=torch.channels_last)  # pyright: ignore[reportCallIssue]
     average = copy.deepcopy(network).requires_grad_(False) if config.ema else None
@@ -95,8 +96,14 @@ def train(config: TrainConfig, scenes: SceneSet, out: Path, report: Report | Non
             for group in optimizer.param_groups:
                 group["lr"] = rate
             torch.manual_seed(config.seed * 1_000_003 + step)  # dropout, the same after a resume
-            parts = _step(network, optimizer, torch.from_numpy(inputs).to(device),
-                          torch.from_numpy(targets).to(device), config, mixed)
+            parts = _step(
+                network,
+                optimizer,
+                torch.from_numpy(inputs).to(device),
+                torch.from_numpy(targets).to(device),
+                config,
+                mixed,
+            )
             if average is not None:
                 _update_average(average, network, min(config.ema, (1 + step) / (10 + step)))
 
@@ -104,7 +111,8 @@ def train(config: TrainConfig, scenes: SceneSet, out: Path, report: Report | Non
             if not math.isfinite(parts["loss"] + parts["gradient_norm"]):
                 raise GraspBenchError(
                     f"The loss is {parts['loss']}, its gradient {parts['gradient_norm']} at step {done}: "
-                    f"the training diverged; lower --lr, or look for damaged scenes.")
+                    f"the training diverged; lower --lr, or look for damaged scenes."
+                )
             speed = (done - logged) * config.batch / (time.perf_counter() - since)
             figures = {**parts, "lr": rate, "samples_per_second": round(speed, 2)}
             if done % config.log_every == 0 or done == config.steps:
@@ -113,11 +121,17 @@ def train(config: TrainConfig, scenes: SceneSet, out: Path, report: Report | Non
             accuracy = None
             if done % config.validate_every == 0 or done == config.steps:
                 accuracy = validate(final, scenes.val, kind, crop)
-                log.write(done, hits=accuracy.hits, scenes=accuracy.scenes, correct=accuracy.correct,
-                          labelled=accuracy.labelled)
+                log.write(
+                    done,
+                    hits=accuracy.hits,
+                    scenes=accuracy.scenes,
+                    correct=accuracy.correct,
+                    labelled=accuracy.labelled,
+                )
             if done % config.checkpoint_every == 0 or done == config.steps:
-                save_checkpoint(out / CHECKPOINT, done, network, average, optimizer, config,
-                                scenes.fingerprint)
+                save_checkpoint(
+                    out / CHECKPOINT, done, network, average, optimizer, config, scenes.fingerprint
+                )
             if report is not None:
                 report(done, figures, accuracy)
     return _finish(final, accuracy, scenes, kind, crop)
@@ -132,21 +146,33 @@ def _begin(name: str, kind: Kind, init: Path) -> nn.Module:
     return network.requires_grad_(True)
 
 
-def _finish(network: nn.Module, accuracy: Accuracy | None, scenes: SceneSet, kind: Kind,
-            crop: int) -> Trained:
+def _finish(
+    network: nn.Module, accuracy: Accuracy | None, scenes: SceneSet, kind: Kind, crop: int
+) -> Trained:
     network.eval()
     if accuracy is None:  # resumed after the last step
         accuracy = validate(network, scenes.val, kind, crop)
     return Trained(network, accuracy)
 
 
-def _step(network: nn.Module, optimizer: torch.optim.Optimizer, inputs: Tensor, targets: Tensor,
-          config: TrainConfig, mixed: bool) -> dict[str, float]:
+def _step(
+    network: nn.Module,
+    optimizer: torch.optim.Optimizer,
+    inputs: Tensor,
+    targets: Tensor,
+    config: TrainConfig,
+    mixed: bool,
+) -> dict[str, float]:
     inputs = inputs.to(memory_format=torch.channels_last)
     with torch.autocast(inputs.device.type, torch.bfloat16, enabled=mixed):
         output = network(inputs)
-    parts = grasp_loss(output, targets, masked=config.masked, geometry_weight=config.geometry_weight,
-                       positive_weight=config.positive_weight)
+    parts = grasp_loss(
+        output,
+        targets,
+        masked=config.masked,
+        geometry_weight=config.geometry_weight,
+        positive_weight=config.positive_weight,
+    )
     optimizer.zero_grad(set_to_none=True)
     parts["loss"].backward()
     norm = nn.utils.clip_grad_norm_(network.parameters(), config.clip or math.inf)

@@ -6,8 +6,14 @@ from torch import Tensor
 from torch.nn import functional
 
 
-def grasp_loss(output: Tensor, target: Tensor, *, masked: bool = True, geometry_weight: float = 0.1,
-               positive_weight: float = 0.0) -> dict[str, Tensor]:
+def grasp_loss(
+    output: Tensor,
+    target: Tensor,
+    *,
+    masked: bool = True,
+    geometry_weight: float = 0.1,
+    positive_weight: float = 0.0,
+) -> dict[str, Tensor]:
     """Smooth L1 (equation 8) over the four maps (equation 7).
 
     Unmasked, the paper's sum of four means over all pixels: a network is then asked for

@@ -33,8 +33,15 @@ def scene_from_sample(sample: Sample, window: int, crop: int) -> Scene:
     angle = np.arctan2(-along[:, 1], along[:, 0])
     grasps = np.column_stack([centre, angle, np.hypot(*along.T), np.ones(len(along))])
     depth = np.clip(np.rint(seen.depth / DEPTH_UNIT), 0, 65535).astype(np.uint16)
-    return Scene(sample.name, seen.rgb, depth, np.rint(255 * maps.quality).astype(np.uint8),
-                 maps.angle.astype(np.float16), maps.width.astype(np.float16), grasps.astype(np.float32))
+    return Scene(
+        sample.name,
+        seen.rgb,
+        depth,
+        np.rint(255 * maps.quality).astype(np.uint8),
+        maps.angle.astype(np.float16),
+        maps.width.astype(np.float16),
+        grasps.astype(np.float32),
+    )
 
 
 class RealScenes(Sequence[Scene]):

@@ -99,8 +99,9 @@ class StoredScenes(Sequence[Scene]):
         return load_scene(self._files[index], self._crop)
 
 
-def mixed_with_real(synthetic: Sequence[Path], collection: Collection, indices: Sequence[int],
-                    real_share: float, crop: int) -> SceneSet:
+def mixed_with_real(
+    synthetic: Sequence[Path], collection: Collection, indices: Sequence[int], real_share: float, crop: int
+) -> SceneSet:
     """Some samples of a collection and synthetic scenes, of which ``1 - real_share`` is drawn.
 
     Nothing is validated on. Raises GraspBenchError unless 0 < ``real_share`` < 1 where there are
@@ -117,8 +118,13 @@ def mixed_with_real(synthetic: Sequence[Path], collection: Collection, indices: 
     return SceneSet(Mixture([real, *stored], weights), [], digest.hexdigest()[:16])
 
 
-def gather(sources: Sequence[Source], crop: int, holdout: tuple[int, int] | None = None,
-           split: Split = "object", seed: int = 0) -> SceneSet:
+def gather(
+    sources: Sequence[Source],
+    crop: int,
+    holdout: tuple[int, int] | None = None,
+    split: Split = "object",
+    seed: int = 0,
+) -> SceneSet:
     """Scenes of all folders.
 
     Args:
@@ -136,8 +142,9 @@ def gather(sources: Sequence[Source], crop: int, holdout: tuple[int, int] | None
         raise GraspBenchError("Give either all --data folders a weight (DIR:WEIGHT) or none.")
     if all((s.folder / "index.jsonl").is_file() or not s.folder.is_dir() for s in sources):
         if holdout is not None:
-            raise GraspBenchError("--holdout leaves out real images, but no Cornell or Jacquard folder is "
-                                  "among the data.")
+            raise GraspBenchError(
+                "--holdout leaves out real images, but no Cornell or Jacquard folder is among the data."
+            )
         if all(s.weight is None for s in sources):
             return load_scenes([s.folder for s in sources], crop)
     train: list[Sequence[Scene]] = []

@@ -35,8 +35,14 @@ class Accuracy:
         return f"top-1 {self.hits}/{self.scenes}, rectangle metric {self.correct}/{self.labelled}"
 
 
-def is_hit(grasp: Grasp, labels: GraspMaps, *, quality: float = 0.5, angle: float = math.radians(20),
-           width: float = 0.8) -> bool:
+def is_hit(
+    grasp: Grasp,
+    labels: GraspMaps,
+    *,
+    quality: float = 0.5,
+    angle: float = math.radians(20),
+    width: float = 0.8,
+) -> bool:
     """Whether a grasp agrees with the label at its pixel.
 
     The best label of the 3×3 neighbourhood must have at least ``quality``; the grasp must lie
@@ -48,9 +54,11 @@ def is_hit(grasp: Grasp, labels: GraspMaps, *, quality: float = 0.5, angle: floa
     near = labels.quality[rows, columns]
     i, j = np.unravel_index(near.argmax(), near.shape)
     at = (rows.start + i, columns.start + j)
-    return bool(near.max() >= quality
-                and angle_difference(grasp.angle, float(labels.angle[at])) <= angle
-                and grasp.width >= width * labels.width[at])
+    return bool(
+        near.max() >= quality
+        and angle_difference(grasp.angle, float(labels.angle[at])) <= angle
+        and grasp.width >= width * labels.width[at]
+    )
 
 
 @torch.inference_mode()

@@ -22,8 +22,9 @@ def as_dict(figure: go.Figure) -> dict[str, Any]:
 def _figure(traces: list[Any], height: int, **layout: Any) -> dict[str, Any]:
     figure = go.Figure(traces)
     legend = {"orientation": "h", "yanchor": "bottom", "y": 1.0, "x": 0, "traceorder": "normal"}
-    figure.update_layout(template=None, height=height, margin={"l": 8, "r": 8, "t": 8, "b": 8}, legend=legend,
-                         **layout)
+    figure.update_layout(
+        template=None, height=height, margin={"l": 8, "r": 8, "t": 8, "b": 8}, legend=legend, **layout
+    )
     figure.update_xaxes(automargin=True)
     figure.update_yaxes(automargin=True)
     data = as_dict(figure)
@@ -38,14 +39,22 @@ def _labels(names: list[str]) -> list[str]:
 
 def _rates(rows: list[dict[str, Any] | None]) -> dict[str, Any]:
     """Percentages with their Wilson intervals as error bars, and k/n for the hover text."""
+
     def part(get: Any) -> list[float | None]:
         return [None if r is None else round(100 * get(r), 3) for r in rows]
 
-    return {"y": part(lambda r: r["rate"]),
-            "error_y": {"type": "data", "symmetric": False, "thickness": 1.5, "width": 3,
-                        "array": part(lambda r: r["wilson95"][1] - r["rate"]),
-                        "arrayminus": part(lambda r: r["rate"] - r["wilson95"][0])},
-            "customdata": [None if r is None else f"{r['successes']}/{r['trials']}" for r in rows]}
+    return {
+        "y": part(lambda r: r["rate"]),
+        "error_y": {
+            "type": "data",
+            "symmetric": False,
+            "thickness": 1.5,
+            "width": 3,
+            "array": part(lambda r: r["wilson95"][1] - r["rate"]),
+            "arrayminus": part(lambda r: r["rate"] - r["wilson95"][0]),
+        },
+        "customdata": [None if r is None else f"{r['successes']}/{r['trials']}" for r in rows],
+    }
 
 
 def outcomes(runs: list[dict[str, Any]]) -> dict[str, Any]:
@@ -56,14 +65,25 @@ def outcomes(runs: list[dict[str, Any]]) -> dict[str, Any]:
     traces = []
     for outcome in used:
         counts = [r["outcomes"].get(outcome, 0) for r in runs]
-        traces.append(go.Bar(
-            name=_labels([outcome])[0], y=names, orientation="h", meta={"outcome": outcome},
-            x=[100 * c / r["trials"] for c, r in zip(counts, runs, strict=True)],
-            customdata=[f"{c}/{r['trials']}" for c, r in zip(counts, runs, strict=True)],
-            hovertemplate="%{y}: %{fullData.name} %{customdata} (%{x:.1f} %)<extra></extra>"))
-    return _figure(traces, 130 + 34 * len(runs), barmode="stack", bargap=0.35,
-                   xaxis={"title": "share of trials [%]", "range": [0, 100]},
-                   yaxis={"autorange": "reversed"})
+        traces.append(
+            go.Bar(
+                name=_labels([outcome])[0],
+                y=names,
+                orientation="h",
+                meta={"outcome": outcome},
+                x=[100 * c / r["trials"] for c, r in zip(counts, runs, strict=True)],
+                customdata=[f"{c}/{r['trials']}" for c, r in zip(counts, runs, strict=True)],
+                hovertemplate="%{y}: %{fullData.name} %{customdata} (%{x:.1f} %)<extra></extra>",
+            )
+        )
+    return _figure(
+        traces,
+        130 + 34 * len(runs),
+        barmode="stack",
+        bargap=0.35,
+        xaxis={"title": "share of trials [%]", "range": [0, 100]},
+        yaxis={"autorange": "reversed"},
+    )
 
 
 def success_by(kind: dict[str, Any], names: list[str]) -> dict[str, Any]:
@@ -71,37 +91,82 @@ def success_by(kind: dict[str, Any], names: list[str]) -> dict[str, Any]:
     shown = _labels(kind["labels"])
     traces = []
     for i, (row, name) in enumerate(zip(kind["runs"], _labels(names), strict=True)):
-        traces.append(go.Scatter(
-            name=name, x=shown, mode="markers", marker={"size": 8}, meta={"run": i}, offsetgroup=str(i),
-            hovertemplate="%{fullData.name}, %{x}: %{customdata} = %{y:.1f} %<extra></extra>",
-            **_rates([row.get(label) for label in kind["labels"]])))
-    return _figure(traces, 340, scattermode="group", scattergap=0.4,
-                   xaxis={"type": "category", "categoryorder": "array", "categoryarray": shown},
-                   yaxis={"title": "success [%]", "range": [-4, 104]})
+        traces.append(
+            go.Scatter(
+                name=name,
+                x=shown,
+                mode="markers",
+                marker={"size": 8},
+                meta={"run": i},
+                offsetgroup=str(i),
+                hovertemplate="%{fullData.name}, %{x}: %{customdata} = %{y:.1f} %<extra></extra>",
+                **_rates([row.get(label) for label in kind["labels"]]),
+            )
+        )
+    return _figure(
+        traces,
+        340,
+        scattermode="group",
+        scattergap=0.4,
+        xaxis={"type": "category", "categoryorder": "array", "categoryarray": shown},
+        yaxis={"title": "success [%]", "range": [-4, 104]},
+    )
 
 
 def calibration(rows: list[dict[str, Any]], names: list[str]) -> dict[str, Any]:
     """Predicted quality against success, with the line on which predictions would be probabilities."""
-    traces: list[Any] = [go.Scatter(name="calibrated", x=[0, 1], y=[0, 100], mode="lines",
-                                    line={"dash": "dot", "width": 1.5}, meta={"line": True},
-                                    hoverinfo="skip")]
+    traces: list[Any] = [
+        go.Scatter(
+            name="calibrated",
+            x=[0, 1],
+            y=[0, 100],
+            mode="lines",
+            line={"dash": "dot", "width": 1.5},
+            meta={"line": True},
+            hoverinfo="skip",
+        )
+    ]
     for i, (row, name) in enumerate(zip(rows, _labels(names), strict=True)):
-        traces.append(go.Scatter(
-            name=name, x=[round(b["quality"], 4) for b in row["bins"]], mode="lines+markers",
-            marker={"size": 8}, line={"width": 1}, meta={"run": i},
-            hovertemplate="%{fullData.name}: quality %{x:.2f}, %{customdata} = %{y:.1f} %<extra></extra>",
-            **_rates(row["bins"])))
-    return _figure(traces, 380, xaxis={"title": "predicted quality, mean of a bin", "range": [-0.02, 1.02]},
-                   yaxis={"title": "success [%]", "range": [-4, 104]})
+        traces.append(
+            go.Scatter(
+                name=name,
+                x=[round(b["quality"], 4) for b in row["bins"]],
+                mode="lines+markers",
+                marker={"size": 8},
+                line={"width": 1},
+                meta={"run": i},
+                hovertemplate="%{fullData.name}: quality %{x:.2f}, %{customdata} = %{y:.1f} %<extra></extra>",
+                **_rates(row["bins"]),
+            )
+        )
+    return _figure(
+        traces,
+        380,
+        xaxis={"title": "predicted quality, mean of a bin", "range": [-0.02, 1.02]},
+        yaxis={"title": "success [%]", "range": [-4, 104]},
+    )
 
 
 def seconds(rows: list[dict[str, Any]], names: list[str]) -> dict[str, Any]:
     """Mean wall time of each phase, stacked for each run."""
     phases = list(dict.fromkeys(p for row in rows for p in row["phases"]))
     shown = _labels(names)
-    traces = [go.Bar(name=_labels([p])[0], y=shown, x=[row["phases"].get(p) for row in rows], orientation="h",
-                     meta={"run": i}, hovertemplate="%{y}: %{fullData.name} %{x:.3f} s<extra></extra>")
-              for i, p in enumerate(phases)]
-    return _figure(traces, 130 + 34 * len(rows), barmode="stack", bargap=0.35,
-                   xaxis={"title": "mean seconds a trial", "rangemode": "tozero"},
-                   yaxis={"autorange": "reversed"})
+    traces = [
+        go.Bar(
+            name=_labels([p])[0],
+            y=shown,
+            x=[row["phases"].get(p) for row in rows],
+            orientation="h",
+            meta={"run": i},
+            hovertemplate="%{y}: %{fullData.name} %{x:.3f} s<extra></extra>",
+        )
+        for i, p in enumerate(phases)
+    ]
+    return _figure(
+        traces,
+        130 + 34 * len(rows),
+        barmode="stack",
+        bargap=0.35,
+        xaxis={"title": "mean seconds a trial", "rangemode": "tozero"},
+        yaxis={"autorange": "reversed"},
+    )

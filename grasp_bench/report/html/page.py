@@ -52,8 +52,13 @@ class Written:
     left_out: int
 
 
-def write_html(folders: list[Path], out: Path, root: Path | None = None, objects: Path | None = None,
-               limit: int = SIZE_LIMIT) -> Written:
+def write_html(
+    folders: list[Path],
+    out: Path,
+    root: Path | None = None,
+    objects: Path | None = None,
+    limit: int = SIZE_LIMIT,
+) -> Written:
     """Write the report of all runs as one file without outside references.
 
     Args:
@@ -87,22 +92,47 @@ def render(runs: list[Run], root: Path | None, catalog: Catalog, limit: int) -> 
     kinds = breakdown.breakdowns(runs, facts)
     quality = [breakdown.calibration(run) for run in runs]
     times = [breakdown.latency(run) for run in runs]
-    charts = {"outcomes": figures.outcomes(summary["runs"]),
-              **{f"by-{k['key']}": figures.success_by(k, names) for k in kinds},
-              "calibration": figures.calibration(quality, names), "seconds": figures.seconds(times, names)}
+    charts = {
+        "outcomes": figures.outcomes(summary["runs"]),
+        **{f"by-{k['key']}": figures.success_by(k, names) for k in kinds},
+        "calibration": figures.calibration(quality, names),
+        "seconds": figures.seconds(times, names),
+    }
     script, plotly = Markup(_asset("report.js")), _plotly()
-    data = {"runs": [{"name": n, "predictor": r.predictor, "scenario": r.info["scenario"].get("name"),
-                      "path": n if r.folder.is_absolute() else r.folder.as_posix()}
-                     for n, r in zip(names, runs, strict=True)],
-            "outcomes": figures.OUTCOMES, "trials": rows}
+    data = {
+        "runs": [
+            {
+                "name": n,
+                "predictor": r.predictor,
+                "scenario": r.info["scenario"].get("name"),
+                "path": n if r.folder.is_absolute() else r.folder.as_posix(),
+            }
+            for n, r in zip(names, runs, strict=True)
+        ],
+        "outcomes": figures.OUTCOMES,
+        "trials": rows,
+    }
     context = {
-        "in_words": in_words, "attempts_in_words": attempts_in_words,
-        "summary": summary, "runs": summary["runs"], "names": names, "pairs": compare_all(runs),
-        "kinds": kinds, "categories": breakdown.by_category(runs), "quality": quality, "times": times,
-        "charts": charts, "data": data, "count": len(rows), "version": __version__,
-        "style": Markup(_asset("report.css")), "script": script, "plotly": _packed(plotly),
+        "in_words": in_words,
+        "attempts_in_words": attempts_in_words,
+        "summary": summary,
+        "runs": summary["runs"],
+        "names": names,
+        "pairs": compare_all(runs),
+        "kinds": kinds,
+        "categories": breakdown.by_category(runs),
+        "quality": quality,
+        "times": times,
+        "charts": charts,
+        "data": data,
+        "count": len(rows),
+        "version": __version__,
+        "style": Markup(_asset("report.css")),
+        "script": script,
+        "plotly": _packed(plotly),
         "policy": f"default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; "
-                  f"script-src {_hash(script)} {_hash(plotly)}"}
+        f"script-src {_hash(script)} {_hash(plotly)}",
+    }
     template = _environment().get_template("report.html.j2")
     bare = template.render(context, embedded=Embedded({}, 0, 0))
     tries = sum(len(tries_of(row)) for row in rows)
@@ -111,8 +141,13 @@ def render(runs: list[Run], root: Path | None, catalog: Catalog, limit: int) -> 
 
 
 def _environment() -> Environment:
-    environment = Environment(loader=PackageLoader(PACKAGE), autoescape=True, undefined=StrictUndefined,
-                              trim_blocks=True, lstrip_blocks=True)
+    environment = Environment(
+        loader=PackageLoader(PACKAGE),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
     environment.filters["percent"] = lambda x: f"{100 * x:.1f} %"
     environment.filters["p"] = lambda p: "< 0.0001" if p < 1e-4 else f"{p:.2g}"
     return environment
@@ -141,6 +176,8 @@ def _hash(script: str) -> str:
 
 def describe(written: Written) -> str:
     """One line for the terminal."""
-    left = (f"; {written.left_out} more did not fit (--max-mb raises the limit)" if written.left_out else "")
-    return (f"{written.path}: {written.trials} trials, {written.pictures} pictures and clips{left}, "
-            f"{written.size / MEGABYTE:.1f} MB.")
+    left = f"; {written.left_out} more did not fit (--max-mb raises the limit)" if written.left_out else ""
+    return (
+        f"{written.path}: {written.trials} trials, {written.pictures} pictures and clips{left}, "
+        f"{written.size / MEGABYTE:.1f} MB."
+    )

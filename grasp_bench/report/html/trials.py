@@ -22,13 +22,22 @@ def rows_of(index: int, run: Run, facts: dict[str, dict[str, Any]]) -> list[dict
     seconds = {t["trial"]: sum(v for k, v in t.items() if k != "trial") for t in iter_timings(run.folder)}
     rows = []
     for record in load_trials(run.folder).to_dict("records"):
-        row = {"run": index, "trial": int(record["trial"]), **_numbers(record, facts),
-               "seconds": _scaled(seconds.get(record["trial"]), 1, 3)}
+        row = {
+            "run": index,
+            "trial": int(record["trial"]),
+            **_numbers(record, facts),
+            "seconds": _scaled(seconds.get(record["trial"]), 1, 3),
+        }
         episode = _part(record, "clutter")
         if episode:
-            row |= {"objects": episode["objects"], "cleared": episode["cleared"],
-                    "attempts": [_known(_numbers(a, facts) | {"removed": a.get("removed") or None})
-                                 for a in episode["attempts"]]}
+            row |= {
+                "objects": episode["objects"],
+                "cleared": episode["cleared"],
+                "attempts": [
+                    _known(_numbers(a, facts) | {"removed": a.get("removed") or None})
+                    for a in episode["attempts"]
+                ],
+            }
         rows.append(_known(row))
     return rows
 
@@ -38,18 +47,32 @@ def _numbers(record: dict[Any, Any], facts: dict[str, dict[str, Any]]) -> dict[s
     grasp, pose, error = (_part(record, k) for k in ("grasp", "pose", "tcp_error"))
     known = facts.get(str(record.get("object")), {})
     row: dict[str, Any] = {
-        "object": record.get("object"), "category": record.get("category"), "outcome": record["outcome"],
-        "success": bool(record["success"]), "detail": record.get("detail") or None,
+        "object": record.get("object"),
+        "category": record.get("category"),
+        "outcome": record["outcome"],
+        "success": bool(record["success"]),
+        "detail": record.get("detail") or None,
         "family": known.get("family"),
-        "mass": _scaled(known.get("mass"), 1000, 1), "size": _scaled(known.get("size"), 1000, 1),
-        "rank": record.get("rank"), "lift": _scaled(record.get("lift_height"), 1000, 1),
-        "force": _scaled(record.get("contact_force"), 1, 2), "steps": record.get("sim_steps")}
+        "mass": _scaled(known.get("mass"), 1000, 1),
+        "size": _scaled(known.get("size"), 1000, 1),
+        "rank": record.get("rank"),
+        "lift": _scaled(record.get("lift_height"), 1000, 1),
+        "force": _scaled(record.get("contact_force"), 1, 2),
+        "steps": record.get("sim_steps"),
+    }
     if grasp:
-        row |= {"quality": grasp["quality"], "x": grasp["x"], "y": grasp["y"], "width": grasp["width"],
-                "angle": round(degrees(grasp["angle"]), 2)}
+        row |= {
+            "quality": grasp["quality"],
+            "x": grasp["x"],
+            "y": grasp["y"],
+            "width": grasp["width"],
+            "angle": round(degrees(grasp["angle"]), 2),
+        }
     if pose:
-        row |= {"position": [round(1000 * p, 2) for p in pose["position"]],
-                "opening": _scaled(pose["opening"], 1000, 2)}
+        row |= {
+            "position": [round(1000 * p, 2) for p in pose["position"]],
+            "opening": _scaled(pose["opening"], 1000, 2),
+        }
     if error:
         row |= {"tcp_mm": _scaled(error["position"], 1000, 3), "tcp_deg": round(degrees(error["angle"]), 3)}
     return row
@@ -96,8 +119,9 @@ def embed(runs: list[Run], rows: list[dict[str, Any]], budget: int) -> Embedded:
 
     Failures come first, their sheets before their clips; runs take turns.
     """
-    tries = [(row["run"], row["trial"], number, one["success"])
-             for row in rows for number, one in tries_of(row)]
+    tries = [
+        (row["run"], row["trial"], number, one["success"]) for row in rows for number, one in tries_of(row)
+    ]
     queue: list[tuple[int, int, int | None, str]] = []
     for success, kind in ((False, "sheet"), (False, "clip"), (True, "sheet"), (True, "clip")):
         by_run = [[t for t in tries if t[0] == i and t[3] is success] for i in range(len(runs))]

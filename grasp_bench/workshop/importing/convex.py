@@ -11,13 +11,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from grasp_bench.workshop.decompose import (
-    BOUNDS,
-    MAX_HULLS,
-    DecompositionError,
-    compare,
-    reduce_hull,
-)
+from grasp_bench.workshop.decompose import BOUNDS, MAX_HULLS, DecompositionError, compare, reduce_hull
 from grasp_bench.workshop.importing.folder import RefusedError
 from grasp_bench.workshop.shapes import Mesh, hull, scale
 
@@ -57,8 +51,10 @@ def decompose_whole(solid: Mesh) -> tuple[list[Mesh], DecompositionError]:
     if sound:
         return min(sound, key=lambda f: f[1].mean_distance)
     worst = found[-1][1]
-    raise RefusedError(f"no decomposition into {MAX_HULLS} convex pieces stays near the shape: "
-                       f"{', '.join(beyond(worst, solid))} ({asdict(worst)})")
+    raise RefusedError(
+        f"no decomposition into {MAX_HULLS} convex pieces stays near the shape: "
+        f"{', '.join(beyond(worst, solid))} ({asdict(worst)})"
+    )
 
 
 def beyond(error: DecompositionError, solid: Mesh) -> list[str]:
@@ -77,10 +73,19 @@ def _coacd(solid: Mesh, threshold: float) -> list[Mesh]:
     coacd.set_log_level("error")
     mesh = scale(solid, 1000)
     pieces = coacd.run_coacd(
-        coacd.Mesh(np.asarray(mesh.vertices), np.asarray(mesh.faces)), threshold=threshold,
-        max_convex_hull=MAX_HULLS, preprocess_mode="off", mcts_nodes=10, mcts_iterations=60,
+        coacd.Mesh(np.asarray(mesh.vertices), np.asarray(mesh.faces)),
+        threshold=threshold,
+        max_convex_hull=MAX_HULLS,
+        preprocess_mode="off",
+        mcts_nodes=10,
+        mcts_iterations=60,
         # CoACD's own decimation cuts tips off by millimetres.
-        mcts_max_depth=2, resolution=1000, merge=True, decimate=False, seed=0)
+        mcts_max_depth=2,
+        resolution=1000,
+        merge=True,
+        decimate=False,
+        seed=0,
+    )
     hulls = [few_vertices(np.asarray(v, float) / 1000) for v, _ in pieces]
     return [h for h in hulls if h.volume > 1e-12]
 

@@ -22,11 +22,34 @@ MAX_PIXELS = 8192 * 8192
 IMAGE_FORMATS = ("PNG", "JPEG", "BMP", "TGA", "WEBP")
 MESH_SUFFIXES = (".glb", ".obj", ".ply", ".stl")
 ROBOT_SUFFIXES = (".urdf", ".xml", ".mjcf")
-ARCHIVES = {b"PK\x03\x04": "ZIP", b"\x1f\x8b": "gzip", b"7z\xbc\xaf": "7z", b"Rar!": "RAR",
-            b"BZh": "bzip2", b"\xfd7zX": "xz"}
-GENERIC = frozenset({"textured", "textured_simple", "textured_vertices", "nontextured", "model", "mesh",
-                     "visual", "object", "scan", "scene", "meshes", "google_16k", "google_64k", "google_512k",
-                     "poisson", "tsdf"})
+ARCHIVES = {
+    b"PK\x03\x04": "ZIP",
+    b"\x1f\x8b": "gzip",
+    b"7z\xbc\xaf": "7z",
+    b"Rar!": "RAR",
+    b"BZh": "bzip2",
+    b"\xfd7zX": "xz",
+}
+GENERIC = frozenset(
+    {
+        "textured",
+        "textured_simple",
+        "textured_vertices",
+        "nontextured",
+        "model",
+        "mesh",
+        "visual",
+        "object",
+        "scan",
+        "scene",
+        "meshes",
+        "google_16k",
+        "google_64k",
+        "google_512k",
+        "poisson",
+        "tsdf",
+    }
+)
 """Names of files and folders that say nothing: the name of the folder above is the object's."""
 
 
@@ -57,12 +80,15 @@ class Folder:
         if "\0" in plain:
             raise RefusedError("a file name holds a zero byte")
         if urlparse(plain).scheme or plain.startswith("//"):
-            raise RefusedError(f"the reference {name!r} is an address or an absolute path; only files inside "
-                               "the imported folder are read")
+            raise RefusedError(
+                f"the reference {name!r} is an address or an absolute path; only files inside "
+                "the imported folder are read"
+            )
         path = (self.base / plain).resolve()
         if plain.startswith(("/", "~")) or not path.is_relative_to(self.root):
-            raise RefusedError(f"the reference {name!r} leads outside the imported folder; copy that file "
-                               "into the folder")
+            raise RefusedError(
+                f"the reference {name!r} leads outside the imported folder; copy that file into the folder"
+            )
         return path
 
     def read(self, name: str, absolute: bool = False) -> bytes:
@@ -100,8 +126,9 @@ def read_plain(path: Path) -> bytes:
         if not stat.S_ISREG(status.st_mode):
             raise RefusedError(f"{path.name} is not a plain file")
         if status.st_size > MAX_FILE:
-            raise RefusedError(f"{path.name} has {status.st_size / 1e6:.0f} MB; at most "
-                               f"{MAX_FILE / 1e6:.0f} MB are read")
+            raise RefusedError(
+                f"{path.name} has {status.st_size / 1e6:.0f} MB; at most {MAX_FILE / 1e6:.0f} MB are read"
+            )
         content = file.read(MAX_FILE + 1)
     if not content:
         raise RefusedError(f"{path.name} is empty")
@@ -125,11 +152,13 @@ def check_image(content: bytes, name: str) -> None:
             with Image.open(io.BytesIO(content), formats=IMAGE_FORMATS) as picture:
                 width, height = picture.size
     except Image.DecompressionBombError as error:
-        raise RefusedError(f"the texture {name} is too large; at most {MAX_PIXELS} pixels are "
-                           "read") from error
+        raise RefusedError(
+            f"the texture {name} is too large; at most {MAX_PIXELS} pixels are read"
+        ) from error
     except Exception as error:
-        raise RefusedError(f"the texture {name} is not a readable picture "
-                           f"({', '.join(IMAGE_FORMATS)})") from error
+        raise RefusedError(
+            f"the texture {name} is not a readable picture ({', '.join(IMAGE_FORMATS)})"
+        ) from error
     if width * height > MAX_PIXELS:
         raise RefusedError(f"the texture {name} has {width} × {height} pixels; at most {MAX_PIXELS} are read")
 
@@ -155,8 +184,10 @@ def find_objects(path: Path) -> list[tuple[str, Path, Path]]:
         if path.suffix.lower() not in MESH_SUFFIXES + ROBOT_SUFFIXES:
             packed = path.suffix.lower() in (".zip", ".gz", ".tgz", ".tar", ".7z")
             hint = "; unpack archives first" if packed else ""
-            raise RefusedError(f"{path.name}: the format {path.suffix or '(none)'} is not read; choose "
-                               f"from {', '.join(MESH_SUFFIXES + ROBOT_SUFFIXES)}{hint}")
+            raise RefusedError(
+                f"{path.name}: the format {path.suffix or '(none)'} is not read; choose "
+                f"from {', '.join(MESH_SUFFIXES + ROBOT_SUFFIXES)}{hint}"
+            )
         return [(_name(path), path, path.parent)]
     found: list[tuple[str, Path, Path]] = []
     _walk(path, found, 0)
@@ -171,8 +202,10 @@ def _walk(folder: Path, found: list[tuple[str, Path, Path]], depth: int) -> None
     entries = sorted(folder.iterdir())
     files = [p for p in entries if not p.is_dir()]
     robots = [p for p in files if p.suffix.lower() in ROBOT_SUFFIXES]
-    meshes = sorted((p for p in files if p.suffix.lower() in MESH_SUFFIXES),
-                    key=lambda p: (MESH_SUFFIXES.index(p.suffix.lower()), p.name))
+    meshes = sorted(
+        (p for p in files if p.suffix.lower() in MESH_SUFFIXES),
+        key=lambda p: (MESH_SUFFIXES.index(p.suffix.lower()), p.name),
+    )
     if robots:
         found += [(_name(p), p, folder) for p in robots]
         return  # its meshes are parts of it

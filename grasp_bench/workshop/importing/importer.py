@@ -134,8 +134,12 @@ def import_body(folder: Folder, name: str, options: Options) -> Body:
     if not extents.max() > 0:
         raise RefusedError("all its vertices are at one place")
     is_glb = name.lower().endswith(".glb")
-    unit, note = choose_unit(extents, "m" if options.units == "auto" and is_glb else options.units,
-                             options.mass, _hull_volume(points))
+    unit, note = choose_unit(
+        extents,
+        "m" if options.units == "auto" and is_glb else options.units,
+        options.mass,
+        _hull_volume(points),
+    )
     notes += [note] if note else []
     vertices = scan.vertices * UNITS[unit]
     if options.up == "y" or (options.up == "auto" and is_glb):
@@ -180,21 +184,31 @@ def import_shape(job: Job, out: Path) -> bool:
     elif body.mass:
         inertia = inertia * mass / body.mass
     target.mkdir(parents=True, exist_ok=True)
-    write_visual([VisualPart(p.vertices - centre, p.faces, p.rgb, p.roughness) for p in body.visual],
-                 target / "visual.glb")
-    write_hulls([Mesh(h.vertices - centre, h.faces, process=False) for h in body.hulls],
-                target / "collision.glb")
+    write_visual(
+        [VisualPart(p.vertices - centre, p.faces, p.rgb, p.roughness) for p in body.visual],
+        target / "visual.glb",
+    )
+    write_hulls(
+        [Mesh(h.vertices - centre, h.faces, process=False) for h in body.hulls], target / "collision.glb"
+    )
     shown = np.vstack([p.vertices for p in body.visual])
     details = {
-        "name": job.name, "category": options.category or job.name, "family": FAMILY, "mass": round(mass, 6),
-        "material": "unknown", "friction": options.friction,
+        "name": job.name,
+        "category": options.category or job.name,
+        "family": FAMILY,
+        "mass": round(mass, 6),
+        "material": "unknown",
+        "friction": options.friction,
         "source": options.source or f"imported from {job.path.name}",
-        "inertia": rounded(inertia, 12), "extents": rounded(np.ptp(shown, axis=0), 5),
-        "volume": round(float(body.solid.volume), 9), "faces": sum(len(p.faces) for p in body.visual),
-        "hulls": len(body.hulls), "decomposition": {k: round(v, 5) for k, v in asdict(body.error).items()},
+        "inertia": rounded(inertia, 12),
+        "extents": rounded(np.ptp(shown, axis=0), 5),
+        "volume": round(float(body.solid.volume), 9),
+        "faces": sum(len(p.faces) for p in body.visual),
+        "hulls": len(body.hulls),
+        "decomposition": {k: round(v, 5) for k, v in asdict(body.error).items()},
         "fingerprint": _mark(options, folder, folder.read_files),
-        "import": {"files": sorted(folder.read_files), "spread": options.inertia,
-                   "notes": body.notes} | body.facts,
+        "import": {"files": sorted(folder.read_files), "spread": options.inertia, "notes": body.notes}
+        | body.facts,
     }
     done.write_text(json.dumps(details, indent=1))
     return True
@@ -234,8 +248,10 @@ def _mass(body: Body, options: Options) -> tuple[float, str]:
         mass = DENSITY * float(body.solid.volume)
         note = f"no mass given: {1000 * mass:.0f} g assumed, from {DENSITY:.0f} kg/m³"
     if not MASSES[0] <= mass <= MASSES[1]:
-        raise RefusedError(f"a mass of {1000 * mass:.3g} g; {1000 * MASSES[0]:.0f} g to {MASSES[1]:.0f} kg "
-                           "can be lifted and simulated: give --mass")
+        raise RefusedError(
+            f"a mass of {1000 * mass:.3g} g; {1000 * MASSES[0]:.0f} g to {MASSES[1]:.0f} kg "
+            "can be lifted and simulated: give --mass"
+        )
     return mass, note
 
 

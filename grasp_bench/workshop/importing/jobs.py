@@ -17,8 +17,9 @@ from grasp_bench.workshop.importing.units import UNITS
 FRICTIONS = (0.05, 2.0)
 
 
-def plan_jobs(path: Path, out: Path, *, name: str | None = None, masses: Path | None = None,
-              **settings: Any) -> list[Job]:
+def plan_jobs(
+    path: Path, out: Path, *, name: str | None = None, masses: Path | None = None, **settings: Any
+) -> list[Job]:
     """Jobs for a file or folder.
 
     Args:
@@ -40,32 +41,40 @@ def plan_jobs(path: Path, out: Path, *, name: str | None = None, masses: Path | 
             raise GraspBenchError(f"--name is for one object, but {path} holds {len(found)}.")
         found = [(clean_name(name), *found[0][1:])]
     if options.mass is not None and len(found) > 1:
-        raise GraspBenchError(f"--mass is for one object, but {path} holds {len(found)}; give --masses or "
-                              "--density.")
+        raise GraspBenchError(
+            f"--mass is for one object, but {path} holds {len(found)}; give --masses or --density."
+        )
     table = {} if masses is None else read_masses(masses)
     unknown = sorted(set(table) - {n for n, _, _ in found})
     if unknown and len(unknown) == len(table):
         raise UnknownNameError(f"object in {masses}:", unknown[0], [n for n, _, _ in found])
-    return [Job(label, file, root, replace(options, mass=table.get(label, options.mass)))
-            for label, file, root in found]
+    return [
+        Job(label, file, root, replace(options, mass=table.get(label, options.mass)))
+        for label, file, root in found
+    ]
 
 
 def _check(options: Options, masses: Path | None) -> None:
-    for kind, value, valid in (("unit", options.units, (*UNITS, "auto")), ("upward axis", options.up,
-                               ("y", "z", "auto")), ("inertia", options.inertia, ("solid", "shell")),
-                               ("way with holes", options.holes, HOLES)):
+    for kind, value, valid in (
+        ("unit", options.units, (*UNITS, "auto")),
+        ("upward axis", options.up, ("y", "z", "auto")),
+        ("inertia", options.inertia, ("solid", "shell")),
+        ("way with holes", options.holes, HOLES),
+    ):
         if value not in valid:
             raise UnknownNameError(kind, value, valid)
     if sum(x is not None for x in (options.mass, options.density, masses)) > 1:
         raise GraspBenchError("Give one of --mass, --masses and --density.")
     if options.mass is not None and not MASSES[0] <= options.mass <= MASSES[1]:
-        raise GraspBenchError(f"--mass {options.mass:g}: {MASSES[0]:g} to {MASSES[1]:g} kg can be lifted and "
-                              "simulated.")
+        raise GraspBenchError(
+            f"--mass {options.mass:g}: {MASSES[0]:g} to {MASSES[1]:g} kg can be lifted and simulated."
+        )
     if options.density is not None and not 1 <= options.density <= 25_000:
         raise GraspBenchError(f"--density {options.density:g} is not that of a solid; 1 to 25000 kg/m³.")
     if not FRICTIONS[0] <= options.friction <= FRICTIONS[1]:
-        raise GraspBenchError(f"--friction {options.friction:g} is not between {FRICTIONS[0]:g} and "
-                              f"{FRICTIONS[1]:g}.")
+        raise GraspBenchError(
+            f"--friction {options.friction:g} is not between {FRICTIONS[0]:g} and {FRICTIONS[1]:g}."
+        )
 
 
 def _check_target(out: Path) -> None:

@@ -56,9 +56,14 @@ def measure(model: ObjectModel) -> dict[str, Any]:
         lows.append(1000 * (pose.height + float((shown @ matrix.reshape(3, 3)[2]).min())))
     scan, hulls = cavities(model)
     extents = 1000 * (np.ptp(solid, axis=0) - np.ptp(shown, axis=0))
-    return {"footing": {"gap": round(max(lows, default=0.0), 2), "sunk": round(-min(lows, default=0.0), 2),
-                        "extents": np.round(extents, 2).tolist()},
-            "cavity": {"scan": round(1e6 * scan, 1), "hulls": round(1e6 * hulls, 1)}}
+    return {
+        "footing": {
+            "gap": round(max(lows, default=0.0), 2),
+            "sunk": round(-min(lows, default=0.0), 2),
+            "extents": np.round(extents, 2).tolist(),
+        },
+        "cavity": {"scan": round(1e6 * scan, 1), "hulls": round(1e6 * hulls, 1)},
+    }
 
 
 def cavities(model: ObjectModel) -> tuple[float, float]:
@@ -69,11 +74,13 @@ def cavities(model: ObjectModel) -> tuple[float, float]:
     x, y = scenario.table.center
     low = min(float(h[:, 2].min()) for h in model.hulls)
     at = compiled.joint(OBJECT).qposadr[0]
-    data.qpos[at:at + 7] = (x, y, -low, 1, 0, 0, 0)
+    data.qpos[at : at + 7] = (x, y, -low, 1, 0, 0, 0)
     mujoco.mj_forward(compiled, data)
     reach = max(0.05, float(np.abs(np.vstack(model.hulls)[:, :2]).max()) + 0.01)
-    fields = [measure_heights(compiled, data, (x, y), (x, y), reach, groups).heights
-              for groups in (SHOWN_GROUPS, HULL_GROUPS)]
+    fields = [
+        measure_heights(compiled, data, (x, y), (x, y), reach, groups).heights
+        for groups in (SHOWN_GROUPS, HULL_GROUPS)
+    ]
     first, second = (float((flood(h) - h).sum()) * CELL**2 for h in fields)
     return first, second
 

@@ -122,9 +122,13 @@ def join(paints: list[Paint]) -> Paint:
         texture.append(np.where(paint.texture >= 0, paint.texture + len(pictures), -1))
         pictures += paint.pictures
     counts = np.array([max(len(p.texture), 1) for p in paints], float)
-    return Paint(np.concatenate([p.corner_rgb for p in paints]),
-                 np.concatenate([p.corner_uv for p in paints]), np.concatenate(texture), pictures,
-                 float(np.average([p.roughness for p in paints], weights=counts)))
+    return Paint(
+        np.concatenate([p.corner_rgb for p in paints]),
+        np.concatenate([p.corner_uv for p in paints]),
+        np.concatenate(texture),
+        pictures,
+        float(np.average([p.roughness for p in paints], weights=counts)),
+    )
 
 
 def bake(vertices: Floats, faces: Ints, source: Ints, paint: Paint) -> list[VisualPart]:
@@ -143,7 +147,8 @@ def bake(vertices: Floats, faces: Ints, source: Ints, paint: Paint) -> list[Visu
         edge = max(DETAIL, float(np.sqrt(3 * mesh.area / MAX_FACES)))
         while True:
             divided: Any = trimesh.remesh.subdivide_to_size(
-                mesh.vertices, mesh.faces, edge, max_iter=30, return_index=True)
+                mesh.vertices, mesh.faces, edge, max_iter=30, return_index=True
+            )
             fine, split, origin = divided
             if len(split) <= max(MAX_FACES, 1.2 * len(faces)):
                 break
@@ -166,8 +171,10 @@ def bake(vertices: Floats, faces: Ints, source: Ints, paint: Paint) -> list[Visu
         centres = vertices[faces].mean(1)
         nearest = cKDTree(centres[painted]).query(centres[added])[1] if len(painted) else None
         rgb[added] = PLAIN if nearest is None else rgb[painted[nearest]]
-    return [VisualPart(*_compact(vertices, faces[label]), color, paint.roughness)
-            for color, label in _palette(rgb)]
+    return [
+        VisualPart(*_compact(vertices, faces[label]), color, paint.roughness)
+        for color, label in _palette(rgb)
+    ]
 
 
 def _compact(vertices: Floats, faces: Ints) -> tuple[Floats, NDArray[np.int32]]:
@@ -184,8 +191,13 @@ def _palette(rgb: Floats) -> list[tuple[tuple[float, float, float], Ints]]:
     labels = sorted(set(index.tolist()), key=lambda k: -int((index == k).sum()))
     means = {k: rgb[index == k].mean(0) for k in labels}
     large = [k for k in labels if (index == k).sum() >= LEAST_FACES] or labels[:1]
-    into = {k: k if k in large else min(large, key=lambda m: float(np.abs(means[m] - means[k]).sum()))
-            for k in labels}
+    into = {
+        k: k if k in large else min(large, key=lambda m: float(np.abs(means[m] - means[k]).sum()))
+        for k in labels
+    }
     merged = np.array([into[k] for k in index.tolist()])
-    return [((float(c[0]), float(c[1]), float(c[2])), np.nonzero(merged == k)[0])
-            for k in large for c in [rgb[merged == k].mean(0)]]
+    return [
+        ((float(c[0]), float(c[1]), float(c[2])), np.nonzero(merged == k)[0])
+        for k in large
+        for c in [rgb[merged == k].mean(0)]
+    ]

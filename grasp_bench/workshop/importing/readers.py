@@ -30,8 +30,15 @@ MAX_FACES = 1_000_000
 MAX_VERTICES = 2_000_000
 MAX_NODES = 2000
 """Of a GLB's scene."""
-GLTF_EXTENSIONS = frozenset({"KHR_materials_unlit", "KHR_texture_transform", "KHR_materials_specular",
-                             "KHR_materials_pbrSpecularGlossiness", "KHR_mesh_quantization"})
+GLTF_EXTENSIONS = frozenset(
+    {
+        "KHR_materials_unlit",
+        "KHR_texture_transform",
+        "KHR_materials_specular",
+        "KHR_materials_pbrSpecularGlossiness",
+        "KHR_mesh_quantization",
+    }
+)
 """Extensions a GLB may require; others change what its data mean."""
 
 
@@ -97,8 +104,9 @@ def read_mesh(folder: Folder, name: str, picture: Image.Image | None = None) -> 
     """
     suffix = Path(name).suffix.lower()
     if suffix not in CHECKS:
-        raise RefusedError(f"{name}: the format {suffix or '(none)'} is not read; choose from "
-                           f"{', '.join(sorted(CHECKS))}")
+        raise RefusedError(
+            f"{name}: the format {suffix or '(none)'} is not read; choose from {', '.join(sorted(CHECKS))}"
+        )
     try:
         content = folder.read(name)
     except FileNotFoundError:
@@ -106,14 +114,17 @@ def read_mesh(folder: Folder, name: str, picture: Image.Image | None = None) -> 
     CHECKS[suffix](content)
     resolver = _Resolver(folder)
     try:
-        loaded = trimesh.load_scene(io.BytesIO(content), file_type=suffix[1:], resolver=resolver,
-                                    process=False)
+        loaded = trimesh.load_scene(
+            io.BytesIO(content), file_type=suffix[1:], resolver=resolver, process=False
+        )
         meshes = [m for m in loaded.dump() if isinstance(m, trimesh.Trimesh)] if loaded.geometry else []
     except (RefusedError, MemoryError):
         raise
     except Exception as error:
-        raise RefusedError(f"{Path(name).name} is not a readable {suffix[1:].upper()} file "
-                           f"({type(error).__name__}: {str(error)[:120]})") from error
+        raise RefusedError(
+            f"{Path(name).name} is not a readable {suffix[1:].upper()} file "
+            f"({type(error).__name__}: {str(error)[:120]})"
+        ) from error
     if resolver.refused:
         raise RefusedError(resolver.refused[0])
     meshes = [m for m in meshes if len(m.faces)]
@@ -121,8 +132,10 @@ def read_mesh(folder: Folder, name: str, picture: Image.Image | None = None) -> 
         raise RefusedError(f"{Path(name).name} holds no faces")
     faces = sum(len(m.faces) for m in meshes)
     if faces > MAX_FACES or sum(len(m.vertices) for m in meshes) > MAX_VERTICES:
-        raise RefusedError(f"{Path(name).name} has {faces} faces; at most {MAX_FACES} faces and "
-                           f"{MAX_VERTICES} vertices are read: simplify it first")
+        raise RefusedError(
+            f"{Path(name).name} has {faces} faces; at most {MAX_FACES} faces and "
+            f"{MAX_VERTICES} vertices are read: simplify it first"
+        )
     start = np.cumsum([0, *(len(m.vertices) for m in meshes)])
     index = [np.asarray(m.faces, np.int64) + s for m, s in zip(meshes, start, strict=False)]
     for mesh in meshes:
@@ -138,16 +151,21 @@ def read_mesh(folder: Folder, name: str, picture: Image.Image | None = None) -> 
 
 # ---------------------------------------------------------------- what headers promise
 
+
 def _check_obj(content: bytes) -> None:
     faces = content.count(b"\nf ") + content.startswith(b"f ")
     if faces > MAX_FACES or content.count(b"\nv ") > MAX_VERTICES:
-        raise RefusedError(f"{faces} faces; at most {MAX_FACES} faces and {MAX_VERTICES} vertices are read: "
-                           "simplify the mesh first")
+        raise RefusedError(
+            f"{faces} faces; at most {MAX_FACES} faces and {MAX_VERTICES} vertices are read: "
+            "simplify the mesh first"
+        )
     if b"\0" in content:
         raise RefusedError("not an OBJ file: it holds binary data")
     if re.search(rb"^f[^\n]*[\s/](?:-\d|0+(?=[\s/]|$))", content, re.MULTILINE):
-        raise RefusedError("faces with indices of 0, or relative (negative) ones, are not read; export with "
-                           "absolute ones from 1")
+        raise RefusedError(
+            "faces with indices of 0, or relative (negative) ones, are not read; export with "
+            "absolute ones from 1"
+        )
 
 
 def _check_stl(content: bytes) -> None:
@@ -159,8 +177,9 @@ def _check_stl(content: bytes) -> None:
         raise RefusedError("the STL file is truncated")
     count = struct.unpack("<I", content[80:84])[0]
     if 84 + 50 * count != len(content):
-        raise RefusedError(f"the STL file promises {count} faces but its size is that of "
-                           f"{(len(content) - 84) / 50:.1f}")
+        raise RefusedError(
+            f"the STL file promises {count} faces but its size is that of {(len(content) - 84) / 50:.1f}"
+        )
 
 
 def _check_ply(content: bytes) -> None:
@@ -169,32 +188,39 @@ def _check_ply(content: bytes) -> None:
         raise RefusedError("the PLY file has no header")
     for kind, number in re.findall(rb"^element\s+(\S+)\s+(\S+)\s*$", content[:end], re.MULTILINE):
         if not number.isdigit() or int(number) > min(MAX_VERTICES, len(content)):
-            raise RefusedError(f"the PLY header promises {number[:20].decode(errors='replace')} "
-                               f"{kind[:20].decode(errors='replace')} elements, more than the file can hold "
-                               f"or are read ({MAX_VERTICES})")
+            raise RefusedError(
+                f"the PLY header promises {number[:20].decode(errors='replace')} "
+                f"{kind[:20].decode(errors='replace')} elements, more than the file can hold "
+                f"or are read ({MAX_VERTICES})"
+            )
 
 
 def _check_glb(content: bytes) -> None:
     tree = glb_tree(content)
     required = set(tree.get("extensionsRequired", ())) - GLTF_EXTENSIONS
     if required:
-        raise RefusedError(f"the GLB requires the extension {sorted(required)[0]}, which is not read; export "
-                           "it without compression")
+        raise RefusedError(
+            f"the GLB requires the extension {sorted(required)[0]}, which is not read; export "
+            "it without compression"
+        )
     for key in ("buffers", "images"):
         for entry in tree.get(key, ()):
             if entry.get("uri") is not None:
-                raise RefusedError("the GLB refers to another file or address; export it with everything "
-                                   "embedded")
+                raise RefusedError(
+                    "the GLB refers to another file or address; export it with everything embedded"
+                )
     views, accessors = tree.get("bufferViews", []), tree.get("accessors", [])
     total = sum(_natural(a.get("count", 0)) for a in accessors)
     if total > 4 * (MAX_VERTICES + 3 * MAX_FACES) or any("bufferView" not in a for a in accessors):
         raise RefusedError("the GLB's accessors promise more than is read, or hold no data")
     json_length = struct.unpack("<I", content[12:16])[0]
-    binary = content[20 + json_length + 8:]
+    binary = content[20 + json_length + 8 :]
     for image in tree.get("images", ()):
         view = views[image["bufferView"]]
         start = _natural(view.get("byteOffset", 0))
-        check_image(binary[start:start + _natural(view["byteLength"])], str(image.get("name", "in the GLB")))
+        check_image(
+            binary[start : start + _natural(view["byteLength"])], str(image.get("name", "in the GLB"))
+        )
     _check_nodes(tree)
 
 
@@ -214,7 +240,7 @@ def glb_tree(content: bytes) -> dict[str, Any]:
         magic, version, length, json_length, kind = struct.unpack("<4sIII4s", content[:20])
         if magic != b"glTF" or version != 2 or kind != b"JSON" or length != len(content):
             raise ValueError("not a whole binary glTF 2.0 file")
-        tree = json.loads(content[20:20 + json_length])
+        tree = json.loads(content[20 : 20 + json_length])
         if not isinstance(tree, dict):
             raise ValueError("no glTF object")
     except (ValueError, struct.error, RecursionError) as error:
@@ -254,11 +280,16 @@ def _guarded(check: Callable[[bytes], None]) -> Callable[[bytes], None]:
         try:
             check(content)
         except (KeyError, IndexError, TypeError, AttributeError, ValueError, struct.error) as error:
-            raise RefusedError(f"the file's structure is broken ({type(error).__name__}: "
-                               f"{str(error)[:80]})") from error
+            raise RefusedError(
+                f"the file's structure is broken ({type(error).__name__}: {str(error)[:80]})"
+            ) from error
 
     return run
 
 
-CHECKS = {".obj": _guarded(_check_obj), ".stl": _guarded(_check_stl), ".ply": _guarded(_check_ply),
-          ".glb": _guarded(_check_glb)}
+CHECKS = {
+    ".obj": _guarded(_check_obj),
+    ".stl": _guarded(_check_stl),
+    ".ply": _guarded(_check_ply),
+    ".glb": _guarded(_check_glb),
+}

@@ -78,6 +78,7 @@ def mend(vertices: Floats, faces: Ints, holes: str = "auto") -> Mended:
 
 # ---------------------------------------------------------------- single repairs
 
+
 def drop_strays(mesh: Mended) -> None:
     """Drop faces with corners far from everything else: a scanner's slip or a unit mixed up."""
     used = mesh.vertices[np.unique(mesh.faces)]
@@ -139,8 +140,9 @@ def pieces(faces: Ints) -> Ints:
     edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     _, edge = np.unique(edges, axis=0, return_inverse=True)
     face = np.repeat(np.arange(len(faces)), 3)
-    links = coo_matrix((np.ones(len(face), np.int8), (face, edge.reshape(-1))),
-                       shape=(len(faces), int(edge.max()) + 1)).tocsr()
+    links = coo_matrix(
+        (np.ones(len(face), np.int8), (face, edge.reshape(-1))), shape=(len(faces), int(edge.max()) + 1)
+    ).tocsr()
     return connected_components(links @ links.T, directed=False)[1]
 
 
@@ -173,8 +175,9 @@ def orient(mesh: Mended) -> None:
         mesh.notes.append(f"turned {_turned(before, mesh.faces)} faces to agree with their neighbours")
     label = pieces(mesh.faces)
     corners = mesh.vertices[mesh.faces] - mesh.vertices.mean(0)
-    volume = np.bincount(label, weights=np.einsum("fi,fi->f", corners[:, 0],
-                                                  np.cross(corners[:, 1], corners[:, 2])) / 6)
+    volume = np.bincount(
+        label, weights=np.einsum("fi,fi->f", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+    )
     closed = np.ones(len(volume), bool)
     closed[label[_border_faces(mesh.faces)]] = False
     inverted = (volume < 0) & ~_inside_another(mesh, label, closed)
@@ -208,6 +211,7 @@ def _inside_another(mesh: Mended, label: Ints, closed: NDArray[np.bool_]) -> NDA
 
 # ---------------------------------------------------------------- holes
 
+
 def border_loops(faces: Ints) -> list[Ints]:
     """Closed chains of vertices along edges that belong to one face only, in those edges' sense."""
     edges = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
@@ -227,12 +231,12 @@ def border_loops(faces: Ints) -> list[Ints]:
             if not following[at]:
                 del following[at]
             if after in place:  # cut the loop off where the chain meets itself
-                loop = chain[place[after]:]
+                loop = chain[place[after] :]
                 if len(loop) > 2:
                     loops.append(np.array(loop))
                 for v in loop[1:]:
                     del place[v]
-                del chain[place[after] + 1:]
+                del chain[place[after] + 1 :]
                 at = after
                 if at == start and at not in following:
                     break
@@ -255,8 +259,10 @@ def close_holes(mesh: Mended, holes: str) -> None:
     if not loops:
         return
     corners = mesh.vertices[mesh.faces]
-    surface = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]),
-                             axis=1).sum() / 2
+    surface = (
+        np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
+        / 2
+    )
     low, height = mesh.vertices[:, 2].min(), np.ptp(mesh.vertices[:, 2])
     added: list[Ints] = []
     filled: list[str] = []

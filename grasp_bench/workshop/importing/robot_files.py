@@ -61,19 +61,24 @@ def import_robot_file(folder: Folder, name: str, options: Options) -> Body:
     solid_ones = [p for p in pieces if p.collides] or pieces
     extents = np.ptp(np.vstack([p.vertices for p in pieces]), axis=0)
     if not LONGEST[0] <= extents.max() <= LONGEST[1]:
-        raise RefusedError(f"{1000 * extents.max():.3g} mm long; objects of {1000 * LONGEST[0]:.0f} to "
-                           f"{1000 * LONGEST[1]:.0f} mm are imported (both formats are in metres)")
+        raise RefusedError(
+            f"{1000 * extents.max():.3g} mm long; objects of {1000 * LONGEST[0]:.0f} to "
+            f"{1000 * LONGEST[1]:.0f} mm are imported (both formats are in metres)"
+        )
     check_size(extents)
     hulls = _hulls(solid_ones, notes)
     solid = _solid(shown, hulls, notes, options)
     error = compare(solid, hulls)
     stray = beyond(error, solid)
     if stray:
-        notes.append(f"the convex parts stray from what is shown (up to {1000 * error.max_distance:.1f} mm): "
-                     "kept as they are")
+        notes.append(
+            f"the convex parts stray from what is shown (up to {1000 * error.max_distance:.1f} mm): "
+            "kept as they are"
+        )
     body = Body(_visual(shown), solid, hulls, error, notes, facts={"unit": "m", "format": tree.tag})
-    if any(e.tag == "inertial" or (e.tag == "geom" and {"mass", "density"} & set(e.keys()))
-           for e in tree.iter()):
+    if any(
+        e.tag == "inertial" or (e.tag == "geom" and {"mass", "density"} & set(e.keys())) for e in tree.iter()
+    ):
         body.mass, body.centre, body.inertia = _mass_properties(model, data)
     return body
 
@@ -123,8 +128,9 @@ def _visual(shown: list[Piece]) -> list[VisualPart]:
     return parts
 
 
-def _mass_properties(model: mujoco.MjModel, data: mujoco.MjData,
-                     ) -> tuple[float | None, Floats | None, Floats | None]:
+def _mass_properties(
+    model: mujoco.MjModel, data: mujoco.MjData
+) -> tuple[float | None, Floats | None, Floats | None]:
     """Mass, centre and inertia about it of all bodies as one."""
     masses = np.asarray(model.body_mass)
     mass = float(masses.sum())

@@ -40,8 +40,11 @@ def textures_of(tree: ET.Element, folder: Folder) -> dict[str, Image.Image]:
     """Pictures by material name."""
     compiler = settings(tree)
     base = compiler.get("texturedir", compiler.get("assetdir", ""))
-    files = {t.get("name", PurePosixPath(t.get("file", "")).stem): t.get("file")
-             for t in tree.iter("texture") if t.get("file") and t.get("type", "cube") == "2d"}
+    files = {
+        t.get("name", PurePosixPath(t.get("file", "")).stem): t.get("file")
+        for t in tree.iter("texture")
+        if t.get("file") and t.get("type", "cube") == "2d"
+    }
     pictures = {}
     for material in tree.iter("material"):
         name = material.get("texture")
@@ -104,8 +107,11 @@ def piece_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int, files: MeshF
         RefusedError: for a kind of geom that is no solid.
     """
     kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom]
-    rgb = model.geom_rgba[geom, :3] if model.geom_matid[geom] < 0 else \
-        model.mat_rgba[model.geom_matid[geom], :3]
+    rgb = (
+        model.geom_rgba[geom, :3]
+        if model.geom_matid[geom] < 0
+        else model.mat_rgba[model.geom_matid[geom], :3]
+    )
     rotation, position = data.geom_xmat[geom].reshape(3, 3), data.geom_xpos[geom]
     paint: Paint | None = None
     if kind == mujoco.mjtGeom.mjGEOM_MESH:
@@ -120,15 +126,19 @@ def piece_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int, files: MeshF
             paint = scan.paint if scan.paint.varied else None
         else:  # written out in the XML
             first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-            vertices = np.asarray(model.mesh_vert[first:first + count], float)
+            vertices = np.asarray(model.mesh_vert[first : first + count], float)
             first, count = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
-            faces = np.asarray(model.mesh_face[first:first + count], np.int64)
+            faces = np.asarray(model.mesh_face[first : first + count], np.int64)
     else:
         shape = _primitive(kind, size)
         vertices, faces = np.asarray(shape.vertices, float), np.asarray(shape.faces, np.int64)
     if paint is None:
-        paint = Paint(np.ones((len(faces), 3, 3)) * rgb, np.full((len(faces), 3, 2), np.nan),
-                      np.full(len(faces), -1), [])
+        paint = Paint(
+            np.ones((len(faces), 3, 3)) * rgb,
+            np.full((len(faces), 3, 2), np.nan),
+            np.full(len(faces), -1),
+            [],
+        )
     collides = bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
     return Piece(vertices @ rotation.T + position, faces, paint, collides)
 

@@ -11,16 +11,61 @@ from grasp_bench.workshop.importing.folder import RefusedError
 
 MAX_XML = 20_000_000
 MAX_ELEMENTS = 20_000
-KEPT = {"mujoco", "compiler", "default", "asset", "mesh", "material", "worldbody", "body", "frame", "geom",
-        "inertial", "joint", "freejoint",
-        "robot", "link", "visual", "collision", "origin", "geometry", "box", "sphere", "cylinder", "color",
-        "mass", "inertia", "parent", "child"}
+KEPT = {
+    "mujoco",
+    "compiler",
+    "default",
+    "asset",
+    "mesh",
+    "material",
+    "worldbody",
+    "body",
+    "frame",
+    "geom",
+    "inertial",
+    "joint",
+    "freejoint",
+    "robot",
+    "link",
+    "visual",
+    "collision",
+    "origin",
+    "geometry",
+    "box",
+    "sphere",
+    "cylinder",
+    "color",
+    "mass",
+    "inertia",
+    "parent",
+    "child",
+}
 """Elements that describe a rigid object; others are left out."""
-FOREIGN = {"include", "plugin", "extension", "attach", "model", "composite", "flexcomp", "replicate",
-           "hfield", "skin"}
+FOREIGN = {
+    "include",
+    "plugin",
+    "extension",
+    "attach",
+    "model",
+    "composite",
+    "flexcomp",
+    "replicate",
+    "hfield",
+    "skin",
+}
 """Elements that pull in other files or code, or make what is no rigid body."""
-COMPILER = {"angle", "eulerseq", "autolimits", "balanceinertia", "boundmass", "boundinertia", "settotalmass",
-            "inertiafromgeom", "inertiagrouprange", "exactmeshinertia"}
+COMPILER = {
+    "angle",
+    "eulerseq",
+    "autolimits",
+    "balanceinertia",
+    "boundmass",
+    "boundinertia",
+    "settotalmass",
+    "inertiafromgeom",
+    "inertiagrouprange",
+    "exactmeshinertia",
+}
 
 
 def parse(content: bytes, name: str) -> ET.Element:
@@ -30,8 +75,9 @@ def parse(content: bytes, name: str) -> ET.Element:
         RefusedError: for what is too large, not XML, or asks for anything beyond one file.
     """
     if len(content) > MAX_XML:
-        raise RefusedError(f"{name} has {len(content) / 1e6:.0f} MB; at most {MAX_XML / 1e6:.0f} MB of XML "
-                           "are read")
+        raise RefusedError(
+            f"{name} has {len(content) / 1e6:.0f} MB; at most {MAX_XML / 1e6:.0f} MB of XML are read"
+        )
     try:
         tree = SafeTree.fromstring(content, forbid_dtd=True)
     except DefusedXmlException as error:
@@ -41,15 +87,18 @@ def parse(content: bytes, name: str) -> ET.Element:
     except RecursionError as error:
         raise RefusedError(f"{name} is nested too deeply") from error
     if tree.tag not in ("mujoco", "robot"):
-        raise RefusedError(f"{name} is neither MJCF (<mujoco>) nor URDF (<robot>), but "
-                           f"<{str(tree.tag)[:40]}>")
+        raise RefusedError(
+            f"{name} is neither MJCF (<mujoco>) nor URDF (<robot>), but <{str(tree.tag)[:40]}>"
+        )
     elements = list(tree.iter())
     if len(elements) > MAX_ELEMENTS:
         raise RefusedError(f"{name} has {len(elements)} elements; at most {MAX_ELEMENTS} are read")
     for element in elements:
         if element.tag in FOREIGN and not (tree.tag == "robot" and element.tag == "model"):
-            raise RefusedError(f"{name} uses <{element.tag}>, which is not read: only one rigid object, "
-                               "whole in its file, is imported")
+            raise RefusedError(
+                f"{name} uses <{element.tag}>, which is not read: only one rigid object, "
+                "whole in its file, is imported"
+            )
     return tree
 
 
@@ -68,8 +117,9 @@ def check_rigid(tree: ET.Element) -> None:
         top = [] if world is None else world.findall("body")
         if len(top) > 1:
             raise RefusedError(f"it describes {len(top)} bodies side by side; import one object a file")
-        kinds = [str(j.get("type", "hinge")) for b in bodies for j in b.findall("joint")
-                 if j.get("type") != "free"]
+        kinds = [
+            str(j.get("type", "hinge")) for b in bodies for j in b.findall("joint") if j.get("type") != "free"
+        ]
     if kinds:
         raise RefusedError(f"it has a joint ({kinds[0]}); only rigid objects are imported")
 
@@ -88,8 +138,15 @@ def free_urdf(tree: ET.Element) -> None:
         tree.remove(extra)
     # Where a file gives inertias, a link without one has none.
     given = "false" if any(True for _ in tree.iter("inertial")) else "auto"
-    ET.SubElement(ET.SubElement(tree, "mujoco"), "compiler", discardvisual="false", fusestatic="true",
-                  strippath="true", balanceinertia="true", inertiafromgeom=given)
+    ET.SubElement(
+        ET.SubElement(tree, "mujoco"),
+        "compiler",
+        discardvisual="false",
+        fusestatic="true",
+        strippath="true",
+        balanceinertia="true",
+        inertiafromgeom=given,
+    )
 
 
 def strip(tree: ET.Element, notes: list[str]) -> None:

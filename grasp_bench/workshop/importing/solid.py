@@ -120,8 +120,9 @@ def _rebuilt(mesh: Mended) -> m3.Manifold:
     return solid
 
 
-TETRAHEDRA = np.array([np.cumsum([[0, 0, 0], *np.eye(3, dtype=int)[list(order)]], axis=0)
-                       for order in permutations(range(3))])
+TETRAHEDRA = np.array(
+    [np.cumsum([[0, 0, 0], *np.eye(3, dtype=int)[list(order)]], axis=0) for order in permutations(range(3))]
+)
 """Corners (6, 4, 3) of the tetrahedra of a unit cube, the same in every cube, so that their faces match."""
 
 
@@ -137,7 +138,9 @@ def isosurface(field: Floats) -> tuple[Floats, NDArray[np.int64]]:
     values = np.where(np.abs(field) < 1e-3, np.where(field > 0, 1e-3, -1e-3), field)  # no vertex on a corner
     inside = values > 0
     n, m, k = (size - 1 for size in inside.shape)
-    corners = np.stack([inside[x:x + n, y:y + m, z:z + k] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+    corners = np.stack(
+        [inside[x : x + n, y : y + m, z : z + k] for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    )
     cubes = np.argwhere(corners.any(0) & ~corners.all(0))
     ends, outward = [], []
     for tetrahedron in TETRAHEDRA:
@@ -145,8 +148,11 @@ def isosurface(field: Floats) -> tuple[Floats, NDArray[np.int64]]:
         at = np.ravel_multi_index(tuple(np.moveaxis(places, -1, 0)), values.shape)
         within = inside.ravel()[at]
         at = np.take_along_axis(at, np.argsort(~within, axis=1, kind="stable"), axis=1)  # inside ones first
-        for count, edges in ((1, [[(0, 1), (0, 2), (0, 3)]]), (3, [[(0, 3), (1, 3), (2, 3)]]),
-                             (2, [[(0, 2), (0, 3), (1, 3)], [(0, 2), (1, 3), (1, 2)]])):
+        for count, edges in (
+            (1, [[(0, 1), (0, 2), (0, 3)]]),
+            (3, [[(0, 3), (1, 3), (2, 3)]]),
+            (2, [[(0, 2), (0, 3), (1, 3)], [(0, 2), (1, 3), (1, 2)]]),
+        ):
             some = at[within.sum(1) == count]
             place = np.stack(np.unravel_index(some, values.shape), axis=-1).astype(float)
             for triangle in edges:
@@ -168,7 +174,8 @@ def isosurface(field: Floats) -> tuple[Floats, NDArray[np.int64]]:
 def _samples(mesh: Mended, cell: float) -> tuple[Floats, NDArray[np.bool_]]:
     """Points on the surface no farther apart than half a cell, and which lie on open pieces."""
     divided: Any = trimesh.remesh.subdivide_to_size(
-        mesh.vertices, mesh.faces, 0.7 * cell, max_iter=40, return_index=True)
+        mesh.vertices, mesh.faces, 0.7 * cell, max_iter=40, return_index=True
+    )
     points, faces, origin = (np.asarray(part) for part in divided)
     centres = points[faces].mean(1)
     corner_open = np.zeros(len(points), bool)
@@ -176,8 +183,9 @@ def _samples(mesh: Mended, cell: float) -> tuple[Floats, NDArray[np.bool_]]:
     return np.vstack([points, centres]), np.concatenate([corner_open, mesh.open[origin]])
 
 
-def _distance(points: Floats, near: NDArray[np.bool_], origin: Floats, cell: float,
-              shape: NDArray) -> NDArray[np.float64]:
+def _distance(
+    points: Floats, near: NDArray[np.bool_], origin: Floats, cell: float, shape: NDArray
+) -> NDArray[np.float64]:
     distance = np.full(shape, 5 * cell)
     where = origin + cell * np.argwhere(near)
     distance[near] = cKDTree(points).query(where, distance_upper_bound=5 * cell)[0].clip(max=5 * cell)

@@ -15,8 +15,9 @@ DENSITIES = (15.0, 12_000.0)
 """From a hollow plastic toy to solid lead [kg/m³], by the volume of the convex hull."""
 
 
-def choose_unit(extents: NDArray[np.float64], unit: str, mass: float | None,
-                hull_volume: float) -> tuple[str, str]:
+def choose_unit(
+    extents: NDArray[np.float64], unit: str, mass: float | None, hull_volume: float
+) -> tuple[str, str]:
     """The unit and, where it was guessed, a note on that.
 
     Args:
@@ -31,15 +32,26 @@ def choose_unit(extents: NDArray[np.float64], unit: str, mass: float | None,
     longest = float(extents.max())
     if unit != "auto":
         if not LONGEST[0] <= longest * UNITS[unit] <= LONGEST[1]:
-            raise RefusedError(f"{1000 * longest * UNITS[unit]:.3g} mm long with --units {unit}; objects of "
-                               f"{1000 * LONGEST[0]:.0f} to {1000 * LONGEST[1]:.0f} mm are imported")
+            raise RefusedError(
+                f"{1000 * longest * UNITS[unit]:.3g} mm long with --units {unit}; objects of "
+                f"{1000 * LONGEST[0]:.0f} to {1000 * LONGEST[1]:.0f} mm are imported"
+            )
         return unit, ""
     possible = [u for u, s in UNITS.items() if LONGEST[0] <= longest * s <= LONGEST[1]]
     if not possible:
-        raise RefusedError(f"its longest side, {longest:.4g}, is not {1000 * LONGEST[0]:.0f} to "
-                           f"{1000 * LONGEST[1]:.0f} mm in any of {', '.join(UNITS)}")
-    weighed = possible if mass is None else [
-        u for u in possible if DENSITIES[0] <= mass / max(hull_volume * UNITS[u]**3, 1e-12) <= DENSITIES[1]]
+        raise RefusedError(
+            f"its longest side, {longest:.4g}, is not {1000 * LONGEST[0]:.0f} to "
+            f"{1000 * LONGEST[1]:.0f} mm in any of {', '.join(UNITS)}"
+        )
+    weighed = (
+        possible
+        if mass is None
+        else [
+            u
+            for u in possible
+            if DENSITIES[0] <= mass / max(hull_volume * UNITS[u] ** 3, 1e-12) <= DENSITIES[1]
+        ]
+    )
     likely = weighed or possible
     # Metres are what scanners and robotics write, millimetres what CAD does; centimetres are rarer,
     # and below 10 mm long a thing is rather that many centimetres.

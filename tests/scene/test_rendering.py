@@ -170,7 +170,7 @@ import sys
 import mujoco, numpy as np
 from pathlib import Path
 from grasp_bench.objects.catalog import Catalog
-from grasp_bench.scenario.sections import load_scenario
+from grasp_bench.scenario import load_scenario
 from grasp_bench.scene.builder import compile_scene
 from grasp_bench.scene.rendering import SceneCamera
 scenario = load_scenario("table4")

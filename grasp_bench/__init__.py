@@ -24,23 +24,23 @@ if TYPE_CHECKING:
     from grasp_bench.objects.catalog import ObjectModel as ObjectModel
     from grasp_bench.predictors import load_predictor as load_predictor
     from grasp_bench.predictors.protocol import Predictor as Predictor
-    from grasp_bench.runs.run import Comparison as Comparison
-    from grasp_bench.runs.run import Run as Run
+    from grasp_bench.report.run import Run as Run
+    from grasp_bench.runs.record import TrialRecord as TrialRecord
+    from grasp_bench.runs.results import Comparison as Comparison
     from grasp_bench.scenario.outcomes import Outcome as Outcome
     from grasp_bench.scenario.reading import load_scenario as load_scenario
     from grasp_bench.scenario.sections import Scenario as Scenario
     from grasp_bench.trials.attempt import Trial as Trial
-    from grasp_bench.trials.attempt import TrialRecord as TrialRecord
     from grasp_bench.trials.attempt import Workcell as Workcell
     from grasp_bench.trials.attempt import run_trial as run_trial
 
 # fmt: off
 _HOME = {
-    "CameraPose": "camera", "Catalog": "objects.catalog", "Comparison": "runs.run", "Grasp": "grasps",
+    "CameraPose": "camera", "Catalog": "objects.catalog", "Comparison": "runs.results", "Grasp": "grasps",
     "GraspBenchError": "errors", "GraspMaps": "grasps", "GraspPose": "grasps", "Intrinsics": "camera",
     "ObjectModel": "objects.catalog", "Outcome": "scenario.outcomes", "Predictor": "predictors.protocol",
-    "RgbdImage": "camera", "Run": "runs.run", "Scenario": "scenario.sections", "Trial": "trials.attempt",
-    "TrialRecord": "trials.attempt", "Workcell": "trials.attempt",
+    "RgbdImage": "camera", "Run": "report.run", "Scenario": "scenario.sections", "Trial": "trials.attempt",
+    "TrialRecord": "runs.record", "Workcell": "trials.attempt",
     "load": "api", "load_object": "api", "load_predictor": "predictors", "load_scenario": "scenario.reading",
     "run": "api", "run_trial": "trials.attempt",
 }

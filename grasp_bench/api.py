@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grasp_bench.errors import GraspBenchError, PredictorError
+from grasp_bench.report.run import Run
 from grasp_bench.runs.folder import RUN
-from grasp_bench.runs.run import Run
 from grasp_bench.system.graphics import LIBRARIES, resolve_renderer, with_gl, without_gl
 
 if TYPE_CHECKING:

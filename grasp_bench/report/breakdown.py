@@ -8,7 +8,6 @@ from typing import Any
 
 from grasp_bench.objects.catalog import Catalog
 from grasp_bench.report.table4 import rate_of
-from grasp_bench.runs.run import Run
 
 MASS_EDGES = (0.05, 0.1, 0.2, 0.4)
 """Kilograms."""

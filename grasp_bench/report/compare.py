@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
-from grasp_bench.runs.run import Run
 from grasp_bench.runs.statistics import mcnemar
 
 

@@ -1,27 +1,10 @@
-"""What makes two runs the same run, and how to say what differs between them."""
+"""How to say what differs between two runs."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator
 from typing import Any
-
-IDENTITY = (
-    "predictor",
-    "implementation",
-    "scenario",
-    "seed",
-    "trials",
-    "objects",
-    "weights",
-    "versions",
-    "renderer",
-)
-"""Keys of ``run.json`` that must agree for results to belong together."""
-RESUMING = (*IDENTITY, "shard")
-"""Keys that must agree before a run may be resumed."""
-ORIGIN = ("python", "platform", "cpu", "git")
-"""Keys that say where a run was made; they may differ, but explain why numbers do."""
 
 _NAMES = {
     "objects": "the objects or their files",
@@ -36,7 +19,7 @@ _SHOWN = 4
 def differences(
     first: dict[str, Any],
     second: dict[str, Any],
-    keys: Iterable[str] = IDENTITY,
+    keys: Iterable[str],
     places: tuple[str, str] = ("there", "here"),
 ) -> dict[str, str]:
     """What differs between two ``run.json``, in words, by key.

@@ -13,28 +13,17 @@ from array import array
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import BinaryIO
 
 from filelock import FileLock, Timeout
 
 from grasp_bench.errors import ResultsError
-from grasp_bench.runs.differences import RESUMING, differences, listed
-from grasp_bench.runs.lines import check_timing, dump, read_lines, scan
+from grasp_bench.runs.differences import listed
+from grasp_bench.runs.info import RESUMABLE, RUN, RunInfo
+from grasp_bench.runs.lines import read_lines, scan
+from grasp_bench.runs.record import Timings, TrialRecord
 
-if TYPE_CHECKING:
-    import pandas as pd
-
-RUN, TRIALS, TIMINGS = "run.json", "trials.jsonl", "timings.jsonl"
-FORMAT = 1
-_RUN_KEYS: dict[str, type] = {
-    "predictor": str,
-    "scenario": dict,
-    "seed": int,
-    "trials": int,
-    "objects": dict,
-    "versions": dict,
-    "renderer": str,
-}
+TRIALS, TIMINGS = "trials.jsonl", "timings.jsonl"
 
 
 class RunFolder:
@@ -77,9 +66,7 @@ class RunFolder:
                 os.close(file)
         self._files.clear()
 
-    def start(
-        self, run: dict[str, Any], found: Callable[[dict[str, Any]], None] = lambda record: None
-    ) -> set[int]:
+    def start(self, run: RunInfo, found: Callable[[TrialRecord], None] = lambda record: None) -> set[int]:
         """Begin or resume ``run``; the numbers of trials already done.
 
         Args:
@@ -91,7 +78,7 @@ class RunFolder:
         """
         path = self.path / RUN
         if path.is_file():
-            if differs := differences(load_run(self.path), run, RESUMING):
+            if differs := load_run(self.path).differences(run, *RESUMABLE):
                 raise ResultsError(
                     f"{self.path} holds another run: {listed(differs)}. Choose another --out, "
                     "or delete the folder if its results are not wanted."
@@ -102,16 +89,16 @@ class RunFolder:
                 "measured; choose another --out."
             )
         else:
-            write_synced(path, json.dumps(run, indent=1, ensure_ascii=False) + "\n")
+            write_run(path, run)
         done: set[int] = set()
         sound = 0
         for line in scan(self.path / TRIALS):
             found(line.record)
-            done.add(line.record["trial"])
+            done.add(line.record.trial)
             sound = line.start + line.length
         self._cut(TRIALS, sound)
         sound = 0
-        for line in scan(self.path / TIMINGS, check_timing, unique=False):
+        for line in scan(self.path / TIMINGS, Timings, unique=False):
             sound = line.start + line.length
         self._cut(TIMINGS, sound)
         return done
@@ -128,7 +115,7 @@ class RunFolder:
         except OSError as error:
             raise ResultsError(f"{target} cannot be written ({error.strerror}).") from error
 
-    def append(self, record: dict[str, Any], timings: dict[str, Any]) -> None:
+    def append(self, record: TrialRecord, timings: Timings) -> None:
         """Write one trial, so that it survives a kill.
 
         Raises:
@@ -143,7 +130,7 @@ class RunFolder:
                     self._files[name] = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
                     if is_new:
                         sync_folder(self.path)
-                _write_whole(self._files[name], (dump(line) + "\n").encode())
+                _write_whole(self._files[name], (line.line() + "\n").encode())
             except OSError as error:
                 raise ResultsError(
                     f"{path} cannot be written ({error.strerror}). What was "
@@ -187,11 +174,11 @@ def join(sources: Sequence[Path], target: Path) -> None:
     """
     import numpy as np
 
-    check = {"check": check_timing} if target.name == TIMINGS else {}
+    kind = Timings if target.name == TIMINGS else TrialRecord
     numbers = array("q")  # trial, source, start, length of each line
     for number, path in enumerate(sources):
-        for line in scan(path, unique=False, **check):
-            numbers.extend((line.record["trial"], number, line.start, line.length))
+        for line in scan(path, kind, unique=False):
+            numbers.extend((line.record.trial, number, line.start, line.length))
     lines = np.frombuffer(numbers, dtype=np.int64).reshape(-1, 4)
     if list(sources) == [target] and target.is_file() and bool(np.all(np.diff(lines[:, 0]) > 0)):
         return
@@ -246,7 +233,16 @@ def sync_folder(folder: Path) -> None:
             os.close(handle)
 
 
-def load_run(folder: Path) -> dict[str, Any]:
+def write_run(path: Path, run: RunInfo) -> None:
+    """Write ``run.json``.
+
+    Raises:
+        ResultsError: when it cannot be written.
+    """
+    write_synced(path, json.dumps(run.to_json(), indent=1, ensure_ascii=False) + "\n")
+
+
+def load_run(folder: Path) -> RunInfo:
     """The content of ``run.json``.
 
     Raises:
@@ -254,19 +250,7 @@ def load_run(folder: Path) -> dict[str, Any]:
     """
     path = folder / RUN
     try:
-        run = json.loads(path.read_text(encoding="utf-8"))
-        if not isinstance(run, dict):
-            raise ValueError("it does not describe a run")
-        for key, kind in _RUN_KEYS.items():
-            if key not in run:
-                raise ValueError(f"{key!r} is missing")
-            if not isinstance(run[key], kind) or isinstance(run[key], bool):
-                raise ValueError(f"{key!r} has the wrong type")
-        if not isinstance(run["scenario"].get("name"), str):
-            raise ValueError("the scenario has no name")
-        if run.get("format", FORMAT) != FORMAT:
-            raise ValueError(f"format {run['format']!r}; this version reads format {FORMAT}")
-        return run
+        return RunInfo.read(json.loads(path.read_text(encoding="utf-8")))
     except FileNotFoundError as error:
         raise ResultsError(f"{folder} holds no {RUN}; name a folder written by `grasp-bench run`.") from error
     except OSError as error:
@@ -275,17 +259,6 @@ def load_run(folder: Path) -> dict[str, Any]:
         raise ResultsError(
             f"{path} is damaged ({error}); restore it or run again into a new folder."
         ) from error
-
-
-def tried(run: dict[str, Any]) -> list[str]:
-    """Objects that a run's trials try in turn, by the content of its ``run.json``.
-
-    Episodes of clutter may meet any of its objects; who leads them, and in which order, the scenario says.
-    """
-    scenario = run["scenario"]
-    chosen = scenario.get("objects") if scenario.get("clutter") else None
-    names = chosen.get("names") if isinstance(chosen, dict) else None
-    return list(names) if names and isinstance(names, dict) else list(run["objects"])
 
 
 def find_runs(root: Path) -> list[Path]:
@@ -302,28 +275,23 @@ def find_runs(root: Path) -> list[Path]:
     return found
 
 
-def load_records(folder: Path) -> list[dict[str, Any]]:
+def load_records(folder: Path) -> list[TrialRecord]:
     """The trials' records of a run, in trial order.
 
     Raises:
         ResultsError: when the file is damaged.
     """
-    records, _ = read_lines(folder / TRIALS)
-    return sorted(records, key=lambda r: r["trial"])
+    return sorted(read_lines(folder / TRIALS), key=lambda r: r.trial)
 
 
-def load_trials(folder: Path) -> pd.DataFrame:
-    """:func:`load_records` as a table, one row each."""
-    import pandas as pd
-
-    return pd.DataFrame(load_records(folder))
-
-
-def iter_timings(folder: Path) -> Iterator[dict[str, Any]]:
-    """Records of ``timings.jsonl``, one for each trial.
+def load_timings(folder: Path) -> list[Timings]:
+    """The timings of a run, one for each trial, in trial order.
 
     A trial that a kill cut off between its two files has timings of a try that was repeated:
     the last are taken.
+
+    Raises:
+        ResultsError: when the file is damaged.
     """
-    records, _ = read_lines(folder / TIMINGS, check_timing, unique=False)
-    yield from {r["trial"]: r for r in records}.values()
+    last = {t.trial: t for t in read_lines(folder / TIMINGS, Timings, unique=False)}
+    return [last[trial] for trial in sorted(last)]

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from grasp_bench.errors import GraspBenchError, ResultsError
-from grasp_bench.runs.differences import IDENTITY, ORIGIN, differences, listed
-from grasp_bench.runs.folder import RUN, TIMINGS, TRIALS, RunFolder, join, load_run, tried, write_synced
+from grasp_bench.runs.differences import listed
+from grasp_bench.runs.folder import TIMINGS, TRIALS, RunFolder, join, load_run, write_run
+from grasp_bench.runs.info import RUN, SAME_RUN, Group, RunInfo
 from grasp_bench.runs.jobs import WHOLE, Jobs, Shard, spread
-from grasp_bench.runs.lines import dump, scan
+from grasp_bench.runs.lines import scan
 
 MOST_TRIALS = 100_000_000
 
@@ -53,16 +52,16 @@ def merge(out: Path, shards: list[Path], partial: bool = False) -> Merged:
     """
     runs = [load_run(folder) for folder in shards]
     for folder, run in zip(shards[1:], runs[1:], strict=True):
-        if found := differences(runs[0], run, IDENTITY, (f"in {shards[0]}", f"in {folder}")):
+        if found := runs[0].differences(run, *SAME_RUN, places=(f"in {shards[0]}", f"in {folder}")):
             raise ResultsError(f"{shards[0]} and {folder} are not of one run: {listed(found)}.")
     if (out / RUN).exists():
         raise ResultsError(f"{out} holds a run already; choose another folder to merge into.")
-    if not runs[0]["objects"] or not 0 < runs[0]["trials"] <= MOST_TRIALS:
+    if not runs[0].objects or not 0 < runs[0].trials <= MOST_TRIALS:
         raise ResultsError(
-            f"{shards[0] / RUN} is damaged (it plans {runs[0]['trials']} trials on "
-            f"{len(runs[0]['objects'])} objects)."
+            f"{shards[0] / RUN} is damaged (it plans {runs[0].trials} trials on "
+            f"{len(runs[0].objects)} objects)."
         )
-    jobs = spread(tried(runs[0]), runs[0]["trials"])
+    jobs = spread(runs[0].tried, runs[0].trials)
     owner, repeated = _collect(shards, runs, jobs)
     missing = np.flatnonzero(owner < 0)
     if len(missing) and not partial:
@@ -70,13 +69,12 @@ def merge(out: Path, shards: list[Path], partial: bool = False) -> Merged:
     with RunFolder(out):
         for name in (TRIALS, TIMINGS):
             join([folder / name for folder in shards], out / name)
-        whole = {k: v for k, v in runs[0].items() if k != "shard"}
-        whole["command"] = ["grasp-bench", *sys.argv[1:]]
-        write_synced(out / RUN, json.dumps(whole, indent=1, ensure_ascii=False) + "\n")
+        whole = {"shard": None, "command": ("grasp-bench", *sys.argv[1:])}
+        write_run(out / RUN, runs[0].model_copy(update=whole))
     return Merged(out, jobs.total - len(missing), jobs.total, repeated, tuple(_notes(shards, runs)))
 
 
-def _collect(shards: list[Path], runs: list[dict[str, Any]], jobs: Jobs) -> tuple[np.ndarray, int]:
+def _collect(shards: list[Path], runs: list[RunInfo], jobs: Jobs) -> tuple[np.ndarray, int]:
     """Which shard holds each trial (−1 none), and how many trials are in several."""
     owner = np.full(jobs.total, -1, dtype=np.int32)
     digests = np.zeros(jobs.total, dtype=np.uint64)
@@ -85,24 +83,24 @@ def _collect(shards: list[Path], runs: list[dict[str, Any]], jobs: Jobs) -> tupl
     for number, (folder, run) in enumerate(zip(shards, runs, strict=True)):
         part = _jobs_of(run, folder, jobs)
         for record, _, _ in scan(folder / TRIALS):
-            trial = record["trial"]
-            if not part.holds(trial) or jobs.job(trial).object != record["object"]:
+            trial = record.trial
+            if not part.holds(trial) or jobs.job(trial).object != record.object:
                 raise ResultsError(
-                    f"{folder} holds trial {trial} on {record['object']}, which is none of "
+                    f"{folder} holds trial {trial} on {record.object}, which is none of "
                     "its own; its files were mixed up."
                 )
-            if record.get("seed", run["seed"]) != run["seed"]:
+            if record.seed not in (None, run.seed):
                 raise ResultsError(
-                    f"{folder} holds trial {trial} of seed {record['seed']}, but its {RUN} "
-                    f"says {run['seed']}; its files were mixed up."
+                    f"{folder} holds trial {trial} of seed {record.seed}, but its {RUN} "
+                    f"says {run.seed}; its files were mixed up."
                 )
-            digest = int.from_bytes(hashlib.blake2b(dump(record).encode(), digest_size=8).digest(), "little")
+            digest = int.from_bytes(hashlib.blake2b(record.line().encode(), digest_size=8).digest(), "little")
             if owner[trial] < 0:
                 owner[trial], digests[trial] = number, digest
             elif digests[trial] == digest:
                 repeated.add(trial)
             else:
-                apart.append(f"trial {trial} ({record['object']}) in {shards[owner[trial]]} and {folder}")
+                apart.append(f"trial {trial} ({record.object}) in {shards[owner[trial]]} and {folder}")
     if apart:
         more = f" and {len(apart) - 5} more" if len(apart) > 5 else ""
         raise ResultsError(
@@ -113,15 +111,15 @@ def _collect(shards: list[Path], runs: list[dict[str, Any]], jobs: Jobs) -> tupl
     return owner, len(repeated)
 
 
-def _jobs_of(run: dict[str, Any], folder: Path, jobs: Jobs) -> Jobs:
+def _jobs_of(run: RunInfo, folder: Path, jobs: Jobs) -> Jobs:
     try:
-        shard = Shard.parse(run["shard"]) if "shard" in run else WHOLE
-    except (GraspBenchError, AttributeError) as error:
-        raise ResultsError(f"{folder / RUN} is damaged (its shard is {run['shard']!r}).") from error
+        shard = WHOLE if run.shard is None else Shard.parse(run.shard)
+    except GraspBenchError as error:
+        raise ResultsError(f"{folder / RUN} is damaged (its shard is {run.shard!r}).") from error
     return Jobs(jobs.objects, jobs.total, shard)
 
 
-def _holes(missing: np.ndarray, shards: list[Path], runs: list[dict[str, Any]], jobs: Jobs) -> str:
+def _holes(missing: np.ndarray, shards: list[Path], runs: list[RunInfo], jobs: Jobs) -> str:
     """Which trials are missing, and what to do about it."""
     shown = ", ".join(map(str, missing[:8])) + (" …" if len(missing) > 8 else "")
     text = f"{len(missing)} of {jobs.total} trials are missing: {shown}."
@@ -139,10 +137,10 @@ def _holes(missing: np.ndarray, shards: list[Path], runs: list[dict[str, Any]], 
     return text + " With --partial, what is there is merged and `grasp-bench run --out` does the rest."
 
 
-def _notes(shards: list[Path], runs: list[dict[str, Any]]) -> list[str]:
+def _notes(shards: list[Path], runs: list[RunInfo]) -> list[str]:
     notes = []
     for folder, run in zip(shards[1:], runs[1:], strict=True):
-        if found := differences(runs[0], run, ORIGIN, (f"in {shards[0]}", f"in {folder}")):
+        if found := runs[0].differences(run, Group.ORIGIN, places=(f"in {shards[0]}", f"in {folder}")):
             notes.append(
                 f"Made in different places: {listed(found)}. A network's last digits may depend on "
                 "the processor; `grasp-bench doctor` shows whether they do."

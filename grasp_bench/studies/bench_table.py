@@ -12,8 +12,8 @@ from grasp_bench.networks import build, parameter_count
 from grasp_bench.networks.weights import read_metadata, stored_input
 from grasp_bench.predictors import BUILT_IN
 from grasp_bench.report.accuracy import TextTable, ablation_table, accuracy_table, rate_cells
+from grasp_bench.report.run import Run
 from grasp_bench.report.table4 import PAPER
-from grasp_bench.runs.run import Run
 from grasp_bench.runs.statistics import holm, trials_to_distinguish, wilson
 from grasp_bench.system.integrity import sha256
 

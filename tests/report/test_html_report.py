@@ -21,8 +21,8 @@ from grasp_bench.report import breakdown
 from grasp_bench.report.compare import compare_all, holm
 from grasp_bench.report.html.page import write_html
 from grasp_bench.report.html.trials import embed, rows_of
+from grasp_bench.report.run import Run
 from grasp_bench.runs.folder import find_runs
-from grasp_bench.runs.run import Run
 from grasp_bench.runs.statistics import mcnemar
 
 

@@ -25,7 +25,7 @@ from grasp_bench.learning.training.dataset import load_scenes
 from grasp_bench.learning.training.log import training_seconds
 from grasp_bench.predictors import BUILT_IN, load_predictor
 from grasp_bench.report.accuracy import accuracy_table
-from grasp_bench.runs.run import Run
+from grasp_bench.report.run import Run
 from grasp_bench.runs.statistics import holm, mcnemar, trials_to_distinguish
 from grasp_bench.studies.bench_table import UNABLATED, bench, compare, read_evaluations, tables, trained_on
 from grasp_bench.system.integrity import sha256

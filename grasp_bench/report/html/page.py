@@ -21,7 +21,6 @@ from grasp_bench.report.compare import compare_all
 from grasp_bench.report.html import figures
 from grasp_bench.report.html.trials import Embedded, embed, rows_of, tries_of
 from grasp_bench.report.table4 import build_report
-from grasp_bench.runs.run import Run
 
 PACKAGE = "grasp_bench.report.html"
 MEGABYTE = 1_000_000

@@ -10,7 +10,6 @@ from typing import Any
 
 from grasp_bench.media.store import find
 from grasp_bench.runs.folder import iter_timings, load_trials
-from grasp_bench.runs.run import Run
 
 
 def rows_of(index: int, run: Run, facts: dict[str, dict[str, Any]]) -> list[dict[str, Any]]:

@@ -1,0 +1,86 @@
+"""A run that can be told of: its results, and the reports made of them."""
+
+from __future__ import annotations
+
+import html
+import os
+from pathlib import Path
+from typing import Any
+
+from grasp_bench.runs.results import Comparison, RunResults
+
+
+class Run(RunResults):
+    """A run, finished or interrupted: its trials, rate and reports; see :class:`RunResults` for the results.
+
+    Args:
+        folder: with ``run.json`` and ``trials.jsonl``.
+
+    Raises:
+        ResultsError: for a folder that holds no run, or a damaged one.
+    """
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """All that a report says of this run, as plain data."""
+        from grasp_bench.report.table4 import summarise
+
+        figures = summarise(self.folder)
+        if figures is None:
+            self.check_not_empty()
+        assert figures is not None
+        return figures
+
+    def report(self) -> str:
+        """Markdown: Table 4 of the paper with this run beside it, and how its trials ended."""
+        from grasp_bench.report.table4 import build_report
+        from grasp_bench.report.text import as_markdown
+
+        return as_markdown(build_report([self.folder], self.folder))
+
+    def write_report(
+        self, out: str | os.PathLike[str] | None = None, objects: str | os.PathLike[str] | None = None
+    ) -> Path:
+        """One HTML file with figures and all trials, that opens in any browser without a network.
+
+        Args:
+            out: the file; ``report.html`` in the run's folder by default.
+            objects: folder of the objects, if they are not the shipped ones.
+
+        Returns:
+            The file written.
+        """
+        from grasp_bench.report.html.page import write_html
+
+        target = self.folder / "report.html" if out is None else Path(out)
+        write_html([self.folder], target, self.folder, None if objects is None else Path(objects))
+        return target
+
+    def compare(self, other: RunResults) -> Comparison:
+        """This run against ``other``, trial by trial; see :class:`Comparison`."""
+        return Comparison.of(self, other)
+
+    def __repr__(self) -> str:
+        if not len(self):
+            return f"<Run {self.folder}: {self.predictor}, no trial yet>"
+        low, high = self.interval
+        return (
+            f"<Run {self.folder}: {self.predictor} lifted {self.successes}/{len(self)} = "
+            f"{self.rate:.1%}, 95 % interval {low:.1%} – {high:.1%}>"
+        )
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        head = f"<b>{html.escape(self.predictor)}</b> on {html.escape(self.info.scenario_name)}"
+        if not len(self):
+            return f"<p>{head}: no trial yet</p>"
+        low, high = self.interval
+        rows = "".join(
+            f"<tr><td>{html.escape(o)}</td><td>{n}</td><td>{n / len(self):.1%}</td></tr>"
+            for o, n in self.outcomes.items()
+        )
+        return (
+            f"<p>{head}: {self.successes}/{len(self)} = {self.rate:.1%} "
+            f"(95 % interval {low:.1%} – {high:.1%})</p>"
+            f"<table><tr><th>Outcome</th><th>Trials</th><th>Share</th></tr>{rows}</table>"
+        )

@@ -1,0 +1,134 @@
+"""What ``run.json`` says of a run, written and read by the same class."""
+
+from __future__ import annotations
+
+import warnings
+from enum import Enum, auto
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Field, SerializerFunctionWrapHandler, model_serializer
+
+from grasp_bench.errors import ScenarioError
+from grasp_bench.runs.differences import differences
+from grasp_bench.runs.schema import Count, Stored, Text
+from grasp_bench.scenario.reading import parse_scenario
+from grasp_bench.scenario.sections import Scenario
+
+RUN = "run.json"
+
+
+class Group(Enum):
+    """What a key of ``run.json`` decides; every key names its groups where it is declared."""
+
+    TRIALS = auto()
+    """Which trials a run is of."""
+    MAKING = auto()
+    """Who proposed grasps, and by what means trials were carried out."""
+    INSTALLED = auto()
+    """What a repetition cannot take from the record, but only from an installation."""
+    SHARE = auto()
+    """Which part of the trials a folder is to hold."""
+    ORIGIN = auto()
+    """Where a run was made: it may differ, but explains why numbers do."""
+
+
+SAME_RUN = (Group.TRIALS, Group.MAKING)
+"""Keys that must agree for results to belong together."""
+RESUMABLE = (*SAME_RUN, Group.SHARE)
+"""Keys that must agree before a run may be resumed."""
+
+
+def _named(scenario: dict[str, Any]) -> dict[str, Any]:
+    if not isinstance(scenario.get("name"), str):
+        raise ValueError("the scenario has no name")
+    return scenario
+
+
+Table = Annotated[dict[str, Any], Field(description="an object")]
+
+
+class RunInfo(Stored):
+    """The content of ``run.json``; docs/results-format.md says what each key means."""
+
+    format: Literal[1] = Field(1, description="1, the format that this version reads")
+    command: tuple[Text, ...] = ()
+    predictor: Annotated[Text, Group.MAKING]
+    implementation: Annotated[dict[str, Any] | None, Group.MAKING, Group.INSTALLED] = None
+    scenario: Annotated[
+        dict[str, Any], AfterValidator(_named), Group.TRIALS, Field(description="a scenario with a name")
+    ]
+    seed: Annotated[Count, Group.TRIALS]
+    trials: Annotated[Count, Group.TRIALS]
+    shard: Annotated[str | None, Group.SHARE] = None
+    objects: Annotated[Table, Group.TRIALS, Group.INSTALLED]
+    weights: Annotated[Any, Group.MAKING, Group.INSTALLED] = None
+    versions: Annotated[Table, Group.MAKING, Group.INSTALLED]
+    renderer: Annotated[Text, Group.MAKING]
+    python: Annotated[Any, Group.ORIGIN] = None
+    platform: Annotated[Any, Group.ORIGIN] = None
+    cpu: Annotated[Any, Group.ORIGIN] = None
+    git: Annotated[Any, Group.ORIGIN] = None
+
+    @classmethod
+    def keys(cls, *groups: Group) -> list[str]:
+        """Names of all keys of some groups, in their order in the file."""
+        wanted = set(groups)
+        return [name for name, field in cls.model_fields.items() if wanted & set(field.metadata)]
+
+    def differences(
+        self, other: RunInfo, *groups: Group, places: tuple[str, str] = ("there", "here")
+    ) -> dict[str, str]:
+        """What differs between two runs in the keys of ``groups``, in words, by key.
+
+        Args:
+            other: the second run.
+            groups: which keys to compare.
+            places: how to call where the first and the second were found.
+        """
+        return differences(self.to_json(), other.to_json(), self.keys(*groups), places)
+
+    @property
+    def scenario_name(self) -> str:
+        """Name of the scenario."""
+        return self.scenario["name"]
+
+    @property
+    def cluttered(self) -> bool:
+        """The trials are episodes of many objects."""
+        return bool(self.scenario.get("clutter"))
+
+    @property
+    def tried(self) -> list[str]:
+        """Objects that the trials try in turn.
+
+        Episodes of clutter may meet any of the run's objects; who leads them, and in which order, the
+        scenario says.
+        """
+        chosen = self.scenario.get("objects") if self.cluttered else None
+        names = chosen.get("names") if isinstance(chosen, dict) else None
+        return list(names) if names and isinstance(names, dict) else list(self.objects)
+
+    def parsed(self, origin: str = RUN) -> Scenario:
+        """The scenario.
+
+        Raises:
+            ScenarioError: naming ``origin``, where this version cannot read it.
+        """
+        return parse_scenario(self.scenario, origin)
+
+    def comparable(self) -> RunInfo:
+        """The same with every value of the scenario, also those newer than the run, but without its words."""
+        try:
+            scenario = self.parsed().model_dump(mode="json")
+        except ScenarioError:  # of another version of grasp-bench
+            scenario = self.scenario
+        return self.model_copy(update={"scenario": scenario | {"name": "", "description": ""}})
+
+    @model_serializer(mode="wrap")
+    def _without_no_shard(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return {k: v for k, v in handler(self).items() if k != "shard" or v is not None}
+
+    def __getitem__(self, key: str) -> Any:
+        """Deprecated: the content of a key; use the attribute."""
+        warnings.warn(f"info[{key!r}] is deprecated; use info.{key}", DeprecationWarning, stacklevel=2)
+        return self.to_json()[key]

@@ -1,0 +1,192 @@
+"""The record of a trial, and its timings: lines that are written and read by the same class.
+
+What the fields mean stands in docs/results-format.md. Numbers are written rounded, far below what is
+measurable.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from pydantic import Field, PlainSerializer, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic_core import CoreSchema, core_schema
+
+from grasp_bench.grasps import Grasp, GraspPose
+from grasp_bench.runs.schema import Count, Number, Stored, Text, shown
+from grasp_bench.scenario.outcomes import Outcome
+
+LEADING = ("trial", "attempt", "object", "category", "seed", "outcome", "success")
+"""Keys with which a line begins; all others follow in the order of their fields."""
+
+
+class TcpError(NamedTuple):
+    """How far the TCP was from its plan before the fingers closed: distance [m] and angle [rad]."""
+
+    position: float
+    angle: float
+
+
+@dataclass(frozen=True)
+class _Part:
+    """How a field that is a ``kind`` in memory is an object of rounded numbers, or null, in the file.
+
+    Attributes:
+        kind: the class.
+        digits: of every number of it, by name.
+        shapes: of those that are arrays.
+    """
+
+    kind: type
+    digits: dict[str, int]
+    shapes: dict[str, tuple[int, ...]] = field(default_factory=dict)
+
+    def read(self, value: Any) -> Any:
+        if value is None or isinstance(value, self.kind):
+            return value
+        if not isinstance(value, dict):
+            raise ValueError("not an object")
+        arrays = {k: np.asarray(value[k], dtype=float) for k in self.digits if k in value}
+        if any(not np.isfinite(a).all() or a.shape != self.shapes.get(k, ()) for k, a in arrays.items()):
+            raise ValueError("not finite numbers of the right shape")
+        return self.kind(**{k: a if k in self.shapes else float(a) for k, a in arrays.items()})
+
+    def written(self, part: Any) -> dict[str, Any] | None:
+        if part is None:
+            return None
+        whole = {k: getattr(part, k) for k in self.digits}
+        return {
+            k: np.round(v, self.digits[k]).tolist() if k in self.shapes else round(v, self.digits[k])
+            for k, v in whole.items()
+        }
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+        written = core_schema.plain_serializer_function_ser_schema(self.written)
+        return core_schema.no_info_plain_validator_function(self.read, serialization=written)
+
+
+def _digits(count: int) -> PlainSerializer:
+    return PlainSerializer(lambda value: round(value, count))
+
+
+_GRASP = _Part(Grasp, {"x": 3, "y": 3, "angle": 6, "width": 3, "quality": 5})
+_POSE = _Part(GraspPose, {"position": 6, "rotation": 6, "opening": 6}, {"position": (3,), "rotation": (3, 3)})
+_ERROR = _Part(TcpError, {"position": 6, "angle": 6})
+NESTED = {"grasp": tuple(_GRASP.digits), "pose": tuple(_POSE.digits), "tcp_error": tuple(_ERROR.digits)}
+"""Fields that are objects in the file, and the keys of each."""
+PART = "an object or null"
+
+
+class Attempted(Stored):
+    """What every attempt at an object is recorded with.
+
+    Attributes:
+        object, category: what was tried.
+        outcome: how it ended.
+        detail: why, in words; empty for a success.
+        grasp: the one carried out [px of the full image].
+        pose: of the TCP at the grasp, in the world [m].
+        rank: of the grasp among the predictor's, from 0.
+        tcp_error: see :class:`TcpError`.
+        lift_height: of the object above its place, after lifting [m].
+        contact_force: mean normal force of the two fingers at the end [N].
+        sim_steps: physics steps taken.
+    """
+
+    object: Text
+    category: Text
+    outcome: Annotated[Outcome, Field(description=f"one of {', '.join(map(str, Outcome))}")]
+    detail: Text = ""
+    grasp: Annotated[Grasp | None, _GRASP, Field(description=PART)] = None
+    pose: Annotated[GraspPose | None, _POSE, Field(description=PART)] = None
+    rank: Annotated[Count | None, Field(description="a whole number from 0 or null")] = None
+    tcp_error: Annotated[TcpError | None, _ERROR, Field(description=PART)] = None
+    lift_height: Annotated[Number, _digits(5)] = 0.0
+    contact_force: Annotated[Number, _digits(3)] = 0.0
+    sim_steps: Count = 0
+
+    @property
+    def success(self) -> bool:
+        """The object was lifted, carried and held."""
+        return self.outcome is Outcome.SUCCESS
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_success(cls, content: Any) -> Any:
+        """``success`` is written for readers of the file, and says nothing that ``outcome`` does not."""
+        if not isinstance(content, dict) or "success" not in content:
+            return content
+        rest = dict(content)
+        success = rest.pop("success")
+        if success is not True and success is not False:
+            raise ValueError(f"'success' must be true or false, not {shown(success)}")
+        if success is not (rest.get("outcome") == Outcome.SUCCESS):
+            raise ValueError(f"'success' is {success} where the outcome is {rest.get('outcome')!r}")
+        return rest
+
+    @model_serializer(mode="wrap")
+    def _in_order(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        content = handler(self) | {"success": self.success}
+        return {k: content[k] for k in [*(k for k in LEADING if k in content), *content]}
+
+
+class AttemptRecord(Attempted):
+    """An attempt of an episode: its number from 0, and the names of the objects that it took away."""
+
+    attempt: Count
+    removed: tuple[Text, ...] = ()
+
+
+class EpisodeRecord(Stored):
+    """What an episode of clutter was: its objects, how many were cleared, and all attempts."""
+
+    objects: Annotated[list[Text], Field(min_length=1)]
+    cleared: Count
+    attempts: list[AttemptRecord]
+
+    @model_validator(mode="after")
+    def _counted(self) -> EpisodeRecord:
+        if self.cleared > len(self.objects):
+            raise ValueError("more cleared than there were")
+        return self
+
+
+class TrialRecord(Attempted):
+    """A line of ``trials.jsonl``: an attempt at one object, or a whole episode under ``clutter``.
+
+    Attributes:
+        trial: its number in the run.
+        seed: of the run.
+        clutter: the episode; None for a trial on one object.
+    """
+
+    trial: Count
+    seed: Count | None = None
+    clutter: Annotated[
+        EpisodeRecord | None,
+        Field(description="an episode's objects, attempts and how many objects were cleared"),
+    ] = None
+
+    @model_serializer(mode="wrap")
+    def _in_order(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        content = super()._in_order(handler)
+        return {k: v for k, v in content.items() if k not in ("seed", "clutter") or v is not None}
+
+
+class Timings(Stored):
+    """A line of ``timings.jsonl``: the seconds that a trial spent in each phase, by the phase's name."""
+
+    __pydantic_extra__: dict[str, Number]
+
+    trial: Count
+
+    @property
+    def seconds(self) -> dict[str, float]:
+        """By phase."""
+        return self.__pydantic_extra__
+
+    @property
+    def total(self) -> float:
+        """Of all phases."""
+        return sum(self.seconds.values())

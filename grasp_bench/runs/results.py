@@ -1,0 +1,190 @@
+"""The results of a run as a Python object, and two runs compared."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import zip_longest
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from grasp_bench.errors import ResultsError
+from grasp_bench.runs.folder import load_records, load_run, load_timings
+from grasp_bench.runs.info import RunInfo
+from grasp_bench.runs.record import NESTED, TrialRecord
+from grasp_bench.runs.statistics import mcnemar, wilson
+from grasp_bench.scenario.outcomes import HARNESS_FAULTS
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+class RunResults:
+    """The results of a run, read from its folder when first asked for.
+
+    Args:
+        folder: with ``run.json`` and ``trials.jsonl``.
+
+    Attributes:
+        folder: where it lies.
+        info: the content of ``run.json``: predictor, whole scenario, seed, versions, hashes.
+        records: of its trials, in trial order.
+
+    Raises:
+        ResultsError: for a folder that holds no run, or a damaged one.
+    """
+
+    def __init__(self, folder: str | os.PathLike[str]) -> None:
+        self.folder = Path(folder)
+        self.info: RunInfo = load_run(self.folder)
+
+    @property
+    def predictor(self) -> str:
+        """Name or Python path of the predictor."""
+        return self.info.predictor
+
+    @cached_property
+    def records(self) -> list[TrialRecord]:
+        """Of all trials, in trial order."""
+        return load_records(self.folder)
+
+    @cached_property
+    def trials(self) -> pd.DataFrame:
+        """One row a trial, in trial order.
+
+        Columns as in docs/results-format.md, the nested ones spread: ``grasp_x``, ``grasp_y``,
+        ``grasp_width`` [px], ``grasp_angle`` [rad], ``grasp_quality``, ``pose_position`` (3) [m],
+        ``pose_rotation`` (3 × 3), ``pose_opening`` [m], ``tcp_error_position`` [m],
+        ``tcp_error_angle`` [rad]; None or NaN where a trial did not come that far.
+        """
+        import pandas as pd
+
+        table = pd.DataFrame([record.to_json() for record in self.records])
+        for column, keys in NESTED.items():
+            if column in table:
+                for key in keys:
+                    table[f"{column}_{key}"] = [
+                        v.get(key) if isinstance(v, dict) else None for v in table[column]
+                    ]
+        return table.drop(columns=[c for c in NESTED if c in table])
+
+    @cached_property
+    def timings(self) -> pd.DataFrame:
+        """Seconds that each trial spent in each phase, one row a trial."""
+        import pandas as pd
+
+        return pd.DataFrame([timings.to_json() for timings in load_timings(self.folder)])
+
+    def __len__(self) -> int:
+        return len(self.records)
+
+    @property
+    def successes(self) -> int:
+        """Number of successful trials."""
+        return sum(record.success for record in self.records)
+
+    @property
+    def rate(self) -> float:
+        """Successes over trials; harness faults count as failures.
+
+        Raises:
+            ResultsError: when there is no trial yet.
+        """
+        self.check_not_empty()
+        return self.successes / len(self)
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """95 % Wilson score interval of the rate.
+
+        Raises:
+            ResultsError: when there is no trial yet.
+        """
+        self.check_not_empty()
+        return wilson(self.successes, len(self))
+
+    @property
+    def outcomes(self) -> dict[str, int]:
+        """How many trials ended in which way, most frequent first."""
+        return {str(o): n for o, n in Counter(r.outcome for r in self.records).most_common()}
+
+    @property
+    def faults(self) -> int:
+        """Trials that ended unstable, in a timeout or an error: the harness's fault or a crash."""
+        return sum(self.outcomes.get(o, 0) for o in HARNESS_FAULTS)
+
+    def check_not_empty(self) -> None:
+        """Raises ResultsError when there is no trial yet."""
+        if not len(self):
+            raise ResultsError(f"{self.folder} holds no finished trial yet; run the same command again.")
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two runs on the same trials, counted pairwise.
+
+    Attributes:
+        first, second: names of the predictors.
+        both, first_only, second_only, neither: trials in which they succeeded.
+        p_value: of McNemar's exact two-sided test: how often two equally good predictors would
+            differ this much on these trials.
+        differing: names of the objects on which exactly one succeeded, in trial order.
+    """
+
+    first: str
+    second: str
+    both: int
+    first_only: int
+    second_only: int
+    neither: int
+    p_value: float
+    differing: tuple[str, ...]
+
+    @classmethod
+    def of(cls, first: RunResults, second: RunResults) -> Comparison:
+        """Compare two runs whose trials have the same numbers, objects and seeds.
+
+        Raises:
+            ResultsError: when they do not, naming the first trial that differs.
+        """
+        for run in (first, second):
+            run.check_not_empty()
+        pairs = list(zip_longest(first.records, second.records))
+        for number, (a, b) in enumerate(pairs):
+            if a is None or b is None or (a.trial, a.object, a.seed) != (b.trial, b.object, b.seed):
+                raise ResultsError(
+                    f"{first.folder} and {second.folder} did not try the same: they differ from "
+                    f"trial {number} on ({len(first)} and {len(second)} trials). Run both with the same "
+                    "objects, trials and seed."
+                )
+        won = [(a.success, b.success) for a, b in pairs]
+        only, other = won.count((True, False)), won.count((False, True))
+        return cls(
+            first.predictor,
+            second.predictor,
+            won.count((True, True)),
+            only,
+            other,
+            won.count((False, False)),
+            mcnemar(only, other),
+            tuple(a.object for a, b in pairs if a.success != b.success),
+        )
+
+    @property
+    def trials(self) -> int:
+        """Number of pairs."""
+        return self.both + self.first_only + self.second_only + self.neither
+
+    @property
+    def difference(self) -> float:
+        """Rate of the first minus rate of the second."""
+        return (self.first_only - self.second_only) / self.trials
+
+    def __str__(self) -> str:
+        return (
+            f"On {self.trials} common trials {self.first} alone succeeded in {self.first_only} and "
+            f"{self.second} alone in {self.second_only} ({self.difference:+.1%}, McNemar's exact "
+            f"p = {self.p_value:.2g})."
+        )

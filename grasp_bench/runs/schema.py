@@ -1,0 +1,57 @@
+"""What the files of a run are made of: classes that both write and read them."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Any, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+Count = Annotated[int, Field(strict=True, ge=0, description="a whole number from 0")]
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False, description="a number")]
+Text = Annotated[str, Field(strict=True, description="text")]
+
+
+class Stored(BaseModel):
+    """What a results file holds: frozen; unknown keys are kept, for a later version may have written them.
+
+    A field's description says what it must be, for errors.
+    """
+
+    model_config = ConfigDict(extra="allow", frozen=True, arbitrary_types_allowed=True)
+
+    @classmethod
+    def read(cls, content: Any) -> Self:
+        """The content of a file, checked.
+
+        Raises:
+            ValueError: saying what is wrong first.
+        """
+        if not isinstance(content, dict):
+            raise ValueError(f"{shown(content)} is not a record")
+        try:
+            return cls.model_validate(content)
+        except ValidationError as error:
+            first = error.errors()[0]
+            if not first["loc"]:
+                raise ValueError(first["msg"].removeprefix("Value error, ")) from error
+            key = str(first["loc"][0])
+            if key not in content:
+                raise ValueError(f"{key!r} is missing") from error
+            field = cls.model_fields.get(key)  # None for one of those that only this content has
+            words = field.description if field and field.description else "a number"
+            raise ValueError(f"{key!r} must be {words}, not {shown(content[key])}") from error
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data, as it is written."""
+        return self.model_dump(mode="json")
+
+    def line(self) -> str:
+        """The content as one line of JSON; the same content is always the same line."""
+        return json.dumps(self.to_json(), ensure_ascii=False, separators=(", ", ": "), allow_nan=False)
+
+
+def shown(value: Any) -> str:
+    """A value as an error shows it: cut where it is long."""
+    text = repr(value)
+    return text if len(text) <= 40 else text[:37] + "…"

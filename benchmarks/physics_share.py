@@ -26,12 +26,13 @@ from mujoco.rollout import rollout  # noqa: E402
 from rich.console import Console  # noqa: E402
 from rich.table import Table  # noqa: E402
 
-from grasp_bench.execution.runner import spread  # noqa: E402
 from grasp_bench.objects.catalog import Catalog  # noqa: E402
 from grasp_bench.predictors import load_predictor  # noqa: E402
+from grasp_bench.runs.jobs import spread  # noqa: E402
 from grasp_bench.scenario.reading import load_scenario  # noqa: E402
 from grasp_bench.scene import world as world_module  # noqa: E402
-from grasp_bench.trials.attempt import Workcell, run_trial  # noqa: E402
+from grasp_bench.trials.trial import run_trial  # noqa: E402
+from grasp_bench.trials.workcell import Workcell  # noqa: E402
 
 
 class Recorder:

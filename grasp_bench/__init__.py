@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from grasp_bench.scenario.reading import load_scenario as load_scenario
     from grasp_bench.scenario.sections import Scenario as Scenario
     from grasp_bench.trials.attempt import Trial as Trial
-    from grasp_bench.trials.attempt import Workcell as Workcell
-    from grasp_bench.trials.attempt import run_trial as run_trial
+    from grasp_bench.trials.trial import run_trial as run_trial
+    from grasp_bench.trials.workcell import Workcell as Workcell
 
 # fmt: off
 _HOME = {
@@ -40,9 +40,9 @@ _HOME = {
     "GraspBenchError": "errors", "GraspMaps": "grasps", "GraspPose": "grasps", "Intrinsics": "camera",
     "ObjectModel": "objects.catalog", "Outcome": "scenario.outcomes", "Predictor": "predictors.protocol",
     "RgbdImage": "camera", "Run": "report.run", "Scenario": "scenario.sections", "Trial": "trials.attempt",
-    "TrialRecord": "runs.record", "Workcell": "trials.attempt",
+    "TrialRecord": "runs.record", "Workcell": "trials.workcell",
     "load": "api", "load_object": "api", "load_predictor": "predictors", "load_scenario": "scenario.reading",
-    "run": "api", "run_trial": "trials.attempt",
+    "run": "api", "run_trial": "trials.trial",
 }
 __all__ = [
     "CameraPose", "Catalog", "Comparison", "Grasp", "GraspBenchError", "GraspMaps", "GraspPose", "Intrinsics",

@@ -20,10 +20,11 @@ if TYPE_CHECKING:
     from grasp_bench.objects.catalog import Catalog, ObjectModel
     from grasp_bench.predictors.protocol import Predictor
     from grasp_bench.runs.jobs import Shard
+    from grasp_bench.runs.record import TrialRecord
     from grasp_bench.scenario.sections import Scenario
 
 PathLike = str | os.PathLike[str]
-OnTrial = Callable[[dict[str, Any], bool], None]
+OnTrial = Callable[["TrialRecord", bool], None]
 
 
 class FinishedRun(Run):
@@ -97,9 +98,9 @@ def run(
         with_gl(renderer)
     without_gl()
     from grasp_bench.execution.executors import make_executor
-    from grasp_bench.execution.runner import Settings, Shard, spread
     from grasp_bench.execution.runner import run as run_trials
     from grasp_bench.media.modes import check_mode
+    from grasp_bench.runs.jobs import Settings, Shard, spread
     from grasp_bench.scenario.reading import load_scenario
     from grasp_bench.scenario.sections import Scenario
 

@@ -69,7 +69,7 @@ class GraspEnv(gymnasium.Env[Observation, Action]):
     ) -> None:
         without_gl()
         from grasp_bench.robot.ec66 import FINGER_STROKE
-        from grasp_bench.trials.attempt import Workcell
+        from grasp_bench.trials.workcell import Workcell
 
         self._catalog, self._names = select_objects(objects)
         chosen = scenario if isinstance(scenario, Scenario) else load_scenario(str(scenario))
@@ -178,7 +178,7 @@ class GraspEnv(gymnasium.Env[Observation, Action]):
 
     def _try(self, name: str, attempt: int, grasps: list[Grasp]) -> Any:
         # The same trial is built for the look and for the grasp: its streams of random numbers are its own.
-        from grasp_bench.trials.attempt import run_trial
+        from grasp_bench.trials.trial import run_trial
 
         return run_trial(self._cell, self._catalog.load(name), _Given(grasps), attempt=attempt)
 

@@ -19,7 +19,8 @@ from grasp_bench.predictors import load_predictor  # noqa: E402
 from grasp_bench.scenario.reading import load_scenario  # noqa: E402
 from grasp_bench.scene.builder import compile_scene  # noqa: E402
 from grasp_bench.scene.world import World  # noqa: E402
-from grasp_bench.trials.attempt import Workcell, run_trial  # noqa: E402
+from grasp_bench.trials.trial import run_trial  # noqa: E402
+from grasp_bench.trials.workcell import Workcell  # noqa: E402
 from grasp_bench.workshop.gallery import gallery_sheet  # noqa: E402
 from grasp_bench.workshop.model import FAMILIES  # noqa: E402
 from grasp_bench.workshop.pictures import contact_sheet  # noqa: E402

@@ -18,7 +18,7 @@ from grasp_bench.scene.builder import compile_scene
 from grasp_bench.scene.rendering import Picture, SceneCamera
 from grasp_bench.scene.sensor import sense
 from grasp_bench.scene.world import World
-from grasp_bench.trials.attempt import put_down
+from grasp_bench.trials.placing import put_down
 
 TEXT = (Path(__file__).parents[1] / "docs" / "definition.md").read_text(encoding="utf-8")
 

@@ -58,7 +58,7 @@ def doctor_command(
     else:
         from grasp_bench.runs.folder import load_run
 
-        renderer = load_run(run)["renderer"]
+        renderer = load_run(run).renderer
         if renderer in LIBRARIES:
             with_gl(renderer)
         without_gl()

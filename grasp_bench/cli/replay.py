@@ -52,7 +52,7 @@ def replay_command(
         os.environ.setdefault(name, "1")
     from grasp_bench.runs.folder import load_run
 
-    _choose_graphics(load_run(run).get("renderer", ""), viewer, opengl)
+    _choose_graphics(load_run(run).renderer, viewer, opengl)
     if video is not None:
         from grasp_bench.replay.video import check_kind
 

@@ -103,7 +103,7 @@ def rendered_scene() -> Sample:
     from grasp_bench.scene.rendering import SceneCamera
     from grasp_bench.scene.sensor import sense
     from grasp_bench.scene.world import World
-    from grasp_bench.trials.attempt import put_down
+    from grasp_bench.trials.placing import put_down
 
     scenario, model = load_scenario("table4"), Catalog().load(OBJECT)
     world = World(compile_scene(scenario, model), scenario)

@@ -62,7 +62,7 @@ def _machine() -> Check:
 
 
 def _versions() -> list[Check]:
-    from grasp_bench.execution.runner import PINNED
+    from grasp_bench.execution.describe import PINNED
 
     try:
         tested = tested_versions()

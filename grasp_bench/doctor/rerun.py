@@ -5,19 +5,19 @@ from __future__ import annotations
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from grasp_bench.doctor.checks import Check, State
 from grasp_bench.errors import ResultsError, UnknownNameError
+from grasp_bench.execution.describe import describe
 from grasp_bench.execution.executors import Executor
-from grasp_bench.execution.runner import carry_out, describe
+from grasp_bench.execution.runner import carry_out
 from grasp_bench.objects.catalog import Catalog
-from grasp_bench.runs.differences import ORIGIN, differences
-from grasp_bench.runs.folder import RUN, TRIALS, load_run, tried
+from grasp_bench.runs.folder import TRIALS, load_run
+from grasp_bench.runs.info import RUN, SAME_RUN, Group, RunInfo
 from grasp_bench.runs.jobs import Job, Jobs, Settings, spread
-from grasp_bench.runs.lines import dump, scan
+from grasp_bench.runs.lines import scan
+from grasp_bench.runs.record import TrialRecord
 from grasp_bench.scenario.outcomes import Outcome
-from grasp_bench.scenario.reading import parse_scenario
 
 MEANINGS = {
     "scenario": "this version reads the scenario differently: results of the two must not be mixed",
@@ -63,7 +63,7 @@ def rerun(folder: Path, trials: int, executor: Executor, objects: Path | None = 
     """
     run = load_run(folder)
     catalog = Catalog(objects)
-    names = tried(run)
+    names = run.tried
     for name in names:
         if name not in catalog.entries:
             where = UnknownNameError("object", name, catalog.names)
@@ -72,21 +72,17 @@ def rerun(folder: Path, trials: int, executor: Executor, objects: Path | None = 
                 f"their folder with --objects. {where}"
             )
     settings = Settings(
-        parse_scenario(run["scenario"], str(folder / RUN)),
-        catalog.folder.resolve(),
-        run["predictor"],
-        run["seed"],
-        run["renderer"],
+        run.parsed(str(folder / RUN)), catalog.folder.resolve(), run.predictor, run.seed, run.renderer
     )
-    jobs = spread(names, run["trials"])
+    jobs = spread(names, run.trials)
     before = _chosen(folder, jobs, trials)
-    here = describe(settings, jobs, catalog)
+    here = describe(settings, jobs, catalog, run.implementation)
     checks = _stack(run, here)
-    after: dict[int, dict[str, Any]] = {}
+    after: dict[int, TrialRecord] = {}
     with closing(carry_out(settings, [jobs.job(t) for t in before], catalog, executor)) as ended:
         for record, _ in ended:
-            after[record["trial"]] = record
-    apart = [(before[t], after[t]) for t in before if dump(before[t]) != dump(after[t])]
+            after[record.trial] = record
+    apart = [(before[t], after[t]) for t in before if before[t].line() != after[t].line()]
     return Rerun(
         [*checks, _verdict(apart, len(before), bool([c for c in checks if c.state is State.NOTE]))],
         len(before) - len(apart),
@@ -94,9 +90,9 @@ def rerun(folder: Path, trials: int, executor: Executor, objects: Path | None = 
     )
 
 
-def _chosen(folder: Path, jobs: Jobs, count: int) -> dict[int, dict[str, Any]]:
+def _chosen(folder: Path, jobs: Jobs, count: int) -> dict[int, TrialRecord]:
     """Records of trials spread evenly over a run; faults that depend on time are left out."""
-    numbers = [line.record["trial"] for line in scan(folder / TRIALS) if _repeatable(line.record)]
+    numbers = [line.record.trial for line in scan(folder / TRIALS) if _repeatable(line.record)]
     if not numbers:
         raise ResultsError(f"{folder} holds no trial that could be repeated.")
     numbers.sort()
@@ -105,37 +101,35 @@ def _chosen(folder: Path, jobs: Jobs, count: int) -> dict[int, dict[str, Any]]:
     chosen = {}
     for line in scan(folder / TRIALS):
         record = line.record
-        if record["trial"] in wanted:
-            job: Job | None = jobs.job(record["trial"]) if record["trial"] < jobs.total else None
-            if job is None or job.object != record["object"]:
+        if record.trial in wanted:
+            job: Job | None = jobs.job(record.trial) if record.trial < jobs.total else None
+            if job is None or job.object != record.object:
                 raise ResultsError(
-                    f"{folder} holds trial {record['trial']} on {record['object']}, which is "
+                    f"{folder} holds trial {record.trial} on {record.object}, which is "
                     f"none of its {RUN}'s; its files were mixed up."
                 )
-            chosen[record["trial"]] = record
+            chosen[record.trial] = record
     return dict(sorted(chosen.items()))
 
 
-def _repeatable(record: dict[str, Any]) -> bool:
-    return record["outcome"] not in (Outcome.TIMEOUT, Outcome.ERROR)
+def _repeatable(record: TrialRecord) -> bool:
+    return record.outcome not in (Outcome.TIMEOUT, Outcome.ERROR)
 
 
-def _stack(run: dict[str, Any], here: dict[str, Any]) -> list[Check]:
+def _stack(run: RunInfo, here: RunInfo) -> list[Check]:
     """What differs between then and now, and what that means."""
-    found = differences(
-        run, here, ("scenario", "objects", "weights", "versions", "renderer", *ORIGIN), ("then", "now")
-    )
+    found = run.differences(here, *SAME_RUN, Group.ORIGIN, places=("then", "now"))
     if not found:
         return [Check("Stack", State.OK, "objects, weights, versions, renderer and processor are the run's")]
     return [Check(key.capitalize(), State.NOTE, f"{words}: {MEANINGS[key]}") for key, words in found.items()]
 
 
-def _verdict(apart: list[tuple[dict[str, Any], dict[str, Any]]], tried: int, explained: bool) -> Check:
+def _verdict(apart: list[tuple[TrialRecord, TrialRecord]], tried: int, explained: bool) -> Check:
     if not apart:
         return Check("Trials", State.OK, f"{tried} of {tried} gave the same bytes again")
-    shown = "; ".join(f"trial {b['trial']} ({b['object']}): {_apart(b, a)}" for b, a in apart[:5])
+    shown = "; ".join(f"trial {b.trial} ({b.object}): {_apart(b, a)}" for b, a in apart[:5])
     more = f"; and {len(apart) - 5} more" if len(apart) > 5 else ""
-    ends = sum(b["outcome"] != a["outcome"] for b, a in apart)
+    ends = sum(b.outcome != a.outcome for b, a in apart)
     cause = (
         "the differences above can explain it"
         if explained
@@ -149,7 +143,8 @@ def _verdict(apart: list[tuple[dict[str, Any], dict[str, Any]]], tried: int, exp
     )
 
 
-def _apart(before: dict[str, Any], after: dict[str, Any]) -> str:
-    if before["outcome"] != after["outcome"]:
-        return f"{before['outcome']} then, {after['outcome']} now"
-    return ", ".join(k for k in dict.fromkeys([*before, *after]) if before.get(k) != after.get(k))
+def _apart(before: TrialRecord, after: TrialRecord) -> str:
+    if before.outcome != after.outcome:
+        return f"{before.outcome} then, {after.outcome} now"
+    was, now = before.to_json(), after.to_json()
+    return ", ".join(k for k in dict.fromkeys([*was, *now]) if was.get(k) != now.get(k))

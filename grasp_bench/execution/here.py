@@ -26,7 +26,7 @@ class Here:
         """See :class:`~grasp_bench.execution.protocol.Executor`."""
         from grasp_bench.execution.worker import attempt
         from grasp_bench.objects.catalog import Catalog
-        from grasp_bench.trials.attempt import Workcell
+        from grasp_bench.trials.workcell import Workcell
 
         catalog, cell = Catalog(settings.objects), Workcell(settings.scenario, settings.renderer)
         for job in jobs:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 from grasp_bench.runs.jobs import Job, Settings
+from grasp_bench.runs.record import Timings, TrialRecord
 from grasp_bench.scenario.outcomes import Outcome
 
 
@@ -21,8 +22,8 @@ class Answer:
     """
 
     job: Job
-    record: dict[str, Any]
-    timings: dict[str, Any]
+    record: TrialRecord
+    timings: Timings
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,13 @@ class Fault:
     job: Job
     outcome: Outcome
     detail: str
+
+
+def failed(job: Job, category: str, seed: int, outcome: Outcome, why: str) -> TrialRecord:
+    """The record of a trial that came to no end of its own."""
+    return TrialRecord(
+        trial=job.trial, object=job.object, category=category, seed=seed, outcome=outcome, detail=why
+    )
 
 
 class Executor(Protocol):

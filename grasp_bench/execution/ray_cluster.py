@@ -20,7 +20,8 @@ from typing import Any
 
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.execution.protocol import Answer, Fault
-from grasp_bench.runs.jobs import Job, Settings
+from grasp_bench.runs.info import Group, RunInfo
+from grasp_bench.runs.jobs import Job, Settings, spread
 from grasp_bench.scenario.outcomes import Outcome
 
 RETRIES = 5
@@ -43,7 +44,7 @@ class _Task:
     key: str
     settings: Settings
     shipped: bool
-    stack: dict[str, Any]
+    stack: RunInfo
     memory_limit: int | None
     folder: str
 
@@ -156,14 +157,13 @@ def _task(settings: Settings, memory_limit: int | None) -> _Task:
     return _Task(uuid.uuid4().hex, settings, shipped, _stack(settings), memory_limit, str(Path.cwd()))
 
 
-def _stack(settings: Settings) -> dict[str, Any]:
+def _stack(settings: Settings) -> RunInfo:
     """What must be the same on every node."""
-    from grasp_bench.execution.runner import describe, spread
+    from grasp_bench.execution.describe import describe
     from grasp_bench.objects.catalog import Catalog
 
     catalog = Catalog(settings.objects)
-    run = describe(settings, spread(catalog.names, len(catalog.names)), catalog)
-    return {key: run[key] for key in ("objects", "weights", "versions")}
+    return describe(settings, spread(catalog.names, len(catalog.names)), catalog)
 
 
 # ---------------------------------------------------------------- on a node
@@ -189,14 +189,14 @@ def _open_pool(task: _Task) -> Any:
     from grasp_bench.execution.memory import fair_share
     from grasp_bench.execution.processes import WorkerPool
     from grasp_bench.objects.catalog import Catalog
-    from grasp_bench.runs.differences import differences, listed
+    from grasp_bench.runs.differences import listed
     from grasp_bench.system.machine import usable_cores
 
     with suppress(OSError):
         os.chdir(task.folder)
     settings = replace(task.settings, objects=Catalog().folder.resolve()) if task.shipped else task.settings
     places = ("where the run was started", "on this node")
-    if found := differences(task.stack, _stack(settings), task.stack, places):
+    if found := task.stack.differences(_stack(settings), Group.INSTALLED, places=places):
         raise GraspBenchError(f"{listed(found)}. Install the same grasp-bench and the same stack there.")
     pool = WorkerPool(settings, 1, task.memory_limit or fair_share(usable_cores()))
     return pool.__enter__()

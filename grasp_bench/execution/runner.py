@@ -2,43 +2,24 @@
 
 from __future__ import annotations
 
-import platform
-import subprocess
-import sys
 from collections.abc import Callable, Generator, Iterable
 from contextlib import closing
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from grasp_bench.errors import GraspBenchError, ResultsError
+from grasp_bench.execution.describe import describe, objects_of
 from grasp_bench.execution.executors import Executor, Fault, Here, make_executor
+from grasp_bench.execution.protocol import failed
 from grasp_bench.objects.catalog import Catalog
-from grasp_bench.predictors import BUILT_IN
 from grasp_bench.predictors.identity import identify
-from grasp_bench.runs.folder import FORMAT, RunFolder
-from grasp_bench.runs.jobs import WHOLE, Job, Jobs, Settings, Shard, spread
-from grasp_bench.system.integrity import sha256
-from grasp_bench.system.machine import cpu_name
+from grasp_bench.runs.folder import RunFolder
+from grasp_bench.runs.jobs import Job, Jobs, Settings
+from grasp_bench.runs.record import Timings, TrialRecord
 
 if TYPE_CHECKING:
     from grasp_bench.predictors.protocol import Predictor
-
-__all__ = ["PINNED", "Job", "Jobs", "RunSummary", "Settings", "Shard", "describe", "run", "spread"]
-
-PINNED = (
-    "grasp-bench",
-    "mujoco",
-    "dm-control",
-    "mink",
-    "numpy",
-    "scipy",
-    "torch",
-    "opencv-python-headless",
-    "trimesh",
-)
-"""Distributions whose versions can change a result."""
 
 
 @dataclass(frozen=True)
@@ -58,64 +39,12 @@ class RunSummary:
     repaired: bool
 
 
-def objects_of(settings: Settings, jobs: Jobs, catalog: Catalog) -> list[str]:
-    """All objects that a run may meet: those of its jobs, and in clutter those that episodes draw from."""
-    if settings.scenario.clutter is not None:
-        return catalog.chosen(settings.scenario.objects.names)
-    return jobs.used
-
-
-def describe(
-    settings: Settings, jobs: Jobs, catalog: Catalog, implementation: dict[str, Any] | None = None
-) -> dict[str, Any]:
-    """The content of ``run.json``; ``implementation`` is what :func:`identify` says of the predictor."""
-    entry = BUILT_IN.get(settings.predictor)
-    weights = None
-    if entry is not None and (path := entry.file) is not None:
-        weights = {path.name: sha256(path) if path.is_file() else None}
-    shard = {} if jobs.shard == WHOLE else {"shard": str(jobs.shard)}
-    return {
-        "format": FORMAT,
-        "command": ["grasp-bench", *sys.argv[1:]],
-        "predictor": settings.predictor,
-        "implementation": implementation,
-        "scenario": settings.scenario.model_dump(mode="json"),
-        "seed": settings.seed,
-        "trials": jobs.total,
-        **shard,
-        "objects": {n: catalog.entries[n]["files"] for n in objects_of(settings, jobs, catalog)},
-        "weights": weights,
-        "versions": {name: version(name) for name in PINNED},
-        "renderer": settings.renderer,
-        "python": platform.python_version(),
-        "platform": f"{platform.system()} {platform.machine()}",
-        "cpu": cpu_name(),
-        "git": _git_revision(),
-    }
-
-
-def _git_revision() -> str | None:
-    folder = Path(__file__).parent
-    try:
-        head = subprocess.run(
-            ["git", "describe", "--always", "--dirty", "--abbrev=12"],
-            cwd=folder,
-            text=True,
-            capture_output=True,
-            timeout=10,
-            check=True,
-        ).stdout.strip()
-    except (OSError, subprocess.SubprocessError):
-        return None
-    return head or None
-
-
 def run(
     settings: Settings,
     jobs: Jobs,
     out: Path,
     workers: int,
-    progress: Callable[[dict[str, Any], bool], None] = lambda record, resumed: None,
+    progress: Callable[[TrialRecord, bool], None] = lambda record, resumed: None,
     predictor: Predictor | None = None,
     executor: Executor | None = None,
 ) -> RunSummary:
@@ -141,11 +70,11 @@ def run(
             raise GraspBenchError(f"{name} has no resting pose in which a grasp fits the gripper")
     implementation = identify(settings.predictor, predictor)
 
-    def found(record: dict[str, Any]) -> None:
-        trial = record["trial"]
-        if not jobs.holds(trial) or jobs.job(trial).object != record["object"]:
+    def found(record: TrialRecord) -> None:
+        trial = record.trial
+        if not jobs.holds(trial) or jobs.job(trial).object != record.object:
             raise ResultsError(
-                f"{out} holds trial {trial} on {record['object']}, which is none of this run; "
+                f"{out} holds trial {trial} on {record.object}, which is none of this run; "
                 "its files were mixed up. Restore them, or choose another --out."
             )
         progress(record, True)
@@ -168,20 +97,13 @@ def run(
 
 def carry_out(
     settings: Settings, jobs: Iterable[Job], catalog: Catalog, executor: Executor
-) -> Generator[tuple[dict[str, Any], dict[str, Any]], None, None]:
+) -> Generator[tuple[TrialRecord, Timings], None, None]:
     """Records and timings of ``jobs``, as they end; faults become records of their kind."""
     with closing(executor.run(settings, jobs)) as answers:
         for answer in answers:
             if isinstance(answer, Fault):
                 category = catalog.entries[answer.job.object]["category"]
-                yield failed(answer, settings, category), {"trial": answer.job.trial}
+                record = failed(answer.job, category, settings.seed, answer.outcome, answer.detail)
+                yield record, Timings(trial=answer.job.trial)
             else:
                 yield answer.record, answer.timings
-
-
-def failed(fault: Fault, settings: Settings, category: str) -> dict[str, Any]:
-    """Record of a trial whose worker did not answer."""
-    from grasp_bench.trials.attempt import TrialRecord
-
-    job = fault.job
-    return TrialRecord(job.trial, job.object, category, settings.seed, fault.outcome, fault.detail).to_json()

@@ -12,15 +12,16 @@ from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from grasp_bench.execution.protocol import Answer
+from grasp_bench.execution.protocol import Answer, failed
 from grasp_bench.runs.jobs import Job, Settings
+from grasp_bench.runs.record import Timings
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.system.machine import THREADS
 
 if TYPE_CHECKING:
     from grasp_bench.objects.catalog import Catalog
     from grasp_bench.predictors.protocol import Predictor
-    from grasp_bench.trials.attempt import Workcell
+    from grasp_bench.trials.workcell import Workcell
 
 _worker: dict[str, Any] = {}
 
@@ -46,7 +47,7 @@ def load(settings: Settings) -> None:
 
     from grasp_bench.objects.catalog import Catalog
     from grasp_bench.predictors import load_predictor
-    from grasp_bench.trials.attempt import Workcell
+    from grasp_bench.trials.workcell import Workcell
 
     cv2.setNumThreads(1)
     _worker.clear()
@@ -72,45 +73,16 @@ def do(job: Job) -> Answer:
 def attempt(job: Job, settings: Settings, catalog: Catalog, cell: Workcell, predictor: Predictor) -> Answer:
     """One trial, whose record is an error where anything raises."""
     from grasp_bench.media.recorders import recorders_for
-    from grasp_bench.trials.attempt import Clock, TrialRecord, run_trial
+    from grasp_bench.trials.job import do_job
 
-    category = catalog.entries[job.object]["category"]
     try:
-        if settings.scenario.clutter is not None:
-            from grasp_bench.trials.episode import run_episode
-
-            episode = run_episode(
-                cell,
-                catalog,
-                predictor,
-                job.object,
-                trial=job.trial,
-                attempt=job.attempt,
-                seed=settings.seed,
-                watch=partial(recorders_for, settings),
-            )
-            return Answer(job, episode.record, {"trial": job.trial} | episode.clock.rounded())
-        model = catalog.load(job.object)
-        recorder = recorders_for(settings)
-        done = run_trial(
-            cell,
-            model,
-            predictor,
-            trial=job.trial,
-            attempt=job.attempt,
-            seed=settings.seed,
-            observer=recorder,
-        )
-        record, seconds = done.record, done.clock.seconds
+        done = do_job(cell, catalog, predictor, job, settings.seed, partial(recorders_for, settings))
     except Exception as error:  # whatever goes wrong belongs to this trial alone
-        detail = f"{type(error).__name__}: {error}"
-        record = TrialRecord(job.trial, job.object, category, settings.seed, Outcome.ERROR, detail)
-        seconds = {}
-    else:
-        if recorder is not None:
-            with done.clock.phase("media"):
-                recorder.keep(done, predictor)
-    return Answer(job, record.to_json(), {"trial": job.trial} | Clock(seconds).rounded())
+        category = catalog.entries[job.object]["category"]
+        why = f"{type(error).__name__}: {error}"
+        record = failed(job, category, settings.seed, Outcome.ERROR, why)
+        return Answer(job, record, Timings(trial=job.trial))
+    return Answer(job, done.record, done.clock.timings(job.trial))
 
 
 def _die_with_parent() -> None:

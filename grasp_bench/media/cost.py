@@ -5,14 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 from grasp_bench.media.store import FOLDER, faults
-from grasp_bench.runs.folder import iter_timings
+from grasp_bench.runs.folder import load_timings
 
 
 def describe_cost(run: Path) -> str:
     """A sentence or two: seconds a trial and their share, files and megabytes, and what could not be made."""
-    timings = [t for t in iter_timings(run) if "media" in t]
-    spent = sum(t["media"] for t in timings)
-    total = sum(value for t in timings for key, value in t.items() if key != "trial")
+    timings = [t for t in load_timings(run) if "media" in t.seconds]
+    spent = sum(t.seconds["media"] for t in timings)
+    total = sum(t.total for t in timings)
     files = sorted((run / FOLDER).glob("*.webp"))
     clips = sum(f.stem.endswith("-clip") for f in files)
     size = sum(f.stat().st_size for f in files) / 1e6

@@ -3,38 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Any
 
 from grasp_bench.runs.jobs import Settings
 from grasp_bench.scene.world import World
 from grasp_bench.trials.attempt import Trial
-
-
-class TrialRecorder(Protocol):
-    """Watches one try as its observer, and stores something of it afterwards."""
-
-    def __call__(self, world: World) -> None:
-        """Called after every sample of the arm's motion."""
-        ...
-
-    def keep(self, done: Trial, predictor: Any) -> None:
-        """Store what is wanted; never raises."""
-        ...
+from grasp_bench.trials.watching import Watcher
 
 
 class Recorders:
     """Several recorders as one."""
 
-    def __init__(self, recorders: Sequence[TrialRecorder]) -> None:
+    def __init__(self, recorders: Sequence[Watcher]) -> None:
         self._recorders = recorders
 
     def __call__(self, world: World) -> None:
-        """See :class:`TrialRecorder`."""
+        """See :class:`Watcher`."""
         for recorder in self._recorders:
             recorder(world)
 
     def keep(self, done: Trial, predictor: Any) -> None:
-        """See :class:`TrialRecorder`."""
+        """See :class:`Watcher`."""
         for recorder in self._recorders:
             recorder.keep(done, predictor)
 
@@ -43,7 +32,7 @@ def recorders_for(settings: Settings, attempt: int | None = None) -> Recorders |
     """What watches one trial, or one attempt of an episode; None where nothing is kept."""
     if not settings.keeps or settings.folder is None:
         return None
-    found: list[TrialRecorder] = []
+    found: list[Watcher] = []
     if settings.media != "none":
         from grasp_bench.media.store import PictureRecorder
 

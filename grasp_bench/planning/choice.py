@@ -2,36 +2,45 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 from grasp_bench.grasps import Grasp
-from grasp_bench.planning.planner import Blocked, Plan, Planner, SeenScene, Unreachable
-from grasp_bench.scenario.outcomes import Outcome
+from grasp_bench.planning.planner import Plan, Planner, Refused, SeenScene
 
 
-def choose_grasp(
-    planner: Planner, scene: SeenScene, grasps: list[Grasp]
-) -> tuple[int, Plan | None, Outcome, str]:
-    """Rank and plan of the grasp to carry out: the best in which the tips get deep enough.
+@dataclass(frozen=True)
+class Choice:
+    """The grasp to carry out.
 
-    Where none does, it is the one whose tips stay least above their wanted depth: rather a shallow
-    grasp than none.
-    Where none can be planned at all, the plan is None and the outcome tells why the best one cannot.
+    Attributes:
+        rank: among the predictor's grasps, from 0.
+        plan: its motion, or what refuses the best grasp where none can be planned.
     """
-    first: tuple[Outcome, str] | None = None
+
+    rank: int
+    plan: Plan | Refused
+
+
+def choose_grasp(planner: Planner, scene: SeenScene, grasps: Sequence[Grasp]) -> Choice:
+    """The best of at least one grasp in which the tips get deep enough.
+
+    Where none does, it is the one whose tips stay least above their wanted depth: rather a shallow grasp
+    than none.
+    """
+    refusal: Refused | None = None
     shallow: tuple[int, Plan] | None = None
     for rank, grasp in enumerate(grasps):
         try:
             plan = planner.plan(scene, grasp)
-        except Unreachable as error:
-            first = first or (Outcome.IK_FAILED, str(error))
-        except Blocked as error:
-            first = first or (Outcome.APPROACH_COLLISION, str(error))
-        else:
-            if plan.deep:
-                return rank, plan, Outcome.SUCCESS, ""
-            if shallow is None or plan.shortfall < shallow[1].shortfall:
-                shallow = rank, plan
+        except Refused as error:
+            refusal = refusal or error
+            continue
+        if plan.deep:
+            return Choice(rank, plan)
+        if shallow is None or plan.shortfall < shallow[1].shortfall:
+            shallow = rank, plan
     if shallow is not None:
-        return *shallow, Outcome.SUCCESS, ""
-    assert first is not None
-    outcome, why = first
-    return 0, None, outcome, why
+        return Choice(*shallow)
+    assert refusal is not None
+    return Choice(0, refusal)

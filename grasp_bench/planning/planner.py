@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import cv2
 import numpy as np
@@ -20,6 +21,7 @@ from grasp_bench.robot.ec66 import FINGER_STROKE, HOME, VELOCITY_LIMITS
 from grasp_bench.robot.kinematics import InverseKinematics
 from grasp_bench.robot.shake import amplitude, shaken
 from grasp_bench.robot.trajectory import Trajectory, through
+from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scenario.sections import Motion, Scenario, Table
 
 Floats = NDArray[np.float64]
@@ -43,12 +45,22 @@ WAYPOINT = 0.025
 """Spacing of waypoints on straight lines [m]."""
 
 
-class Unreachable(Exception):
-    """The arm cannot carry out a grasp: outcome ``ik_failed``."""
+class Refused(Exception):
+    """A grasp that cannot be planned, and the outcome of a trial that has no other."""
+
+    outcome: ClassVar[Outcome]
 
 
-class Blocked(Exception):
-    """The fingers cannot get down to a grasp: outcome ``approach_collision``."""
+class Unreachable(Refused):
+    """The arm cannot carry out a grasp."""
+
+    outcome = Outcome.IK_FAILED
+
+
+class Blocked(Refused):
+    """The fingers cannot get down to a grasp."""
+
+    outcome = Outcome.APPROACH_COLLISION
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol, runtime_checkable
 
@@ -76,37 +77,30 @@ class PrivilegedPredictor(ABC):
         )
 
 
-def answer(
-    predictor: Predictor, image: RgbdImage, truth: GroundTruth, rng: np.random.Generator
+def ask(
+    predictor: Predictor, image: RgbdImage, rng: np.random.Generator, truths: Sequence[GroundTruth] = ()
 ) -> list[Grasp]:
-    """Ask a predictor, or a control that may see the truth, and check what it says.
+    """Ask a predictor, and check what it says.
+
+    A control that may see the truth is asked about every object; its grasps inside the image are ranked round
+    by round, the best of each object first, higher objects before lower ones.
+
+    Args:
+        predictor: whom to ask.
+        image: what it sees; it gets a copy of its own.
+        rng: the trial's stream for predictors.
+        truths: of the objects in view, for controls.
 
     Raises:
-        PredictorError: for an exception in the predictor, or an answer that is no list of
-            grasps inside the image.
+        PredictorError: for an exception in the predictor, an answer that is no list of grasps inside the
+            image, or a control that is not told the truth.
     """
-    return _ask(predictor, image, rng, truth)
-
-
-def ask(predictor: Predictor, image: RgbdImage, rng: np.random.Generator) -> list[Grasp]:
-    """Ask a predictor that sees the image alone, and check what it says.
-
-    Raises:
-        PredictorError: as :func:`answer`, and for a control that needs the truth.
-    """
-    return _ask(predictor, image, rng, None)
-
-
-def _ask(
-    predictor: Predictor, image: RgbdImage, rng: np.random.Generator, truth: GroundTruth | None
-) -> list[Grasp]:
-    begin = getattr(predictor, "begin", None)
     own = replace(image, rgb=image.rgb.copy(), depth=image.depth.copy())  # the planner needs the original
     try:
-        if begin is not None:
+        if begin := getattr(predictor, "begin", None):
             begin(rng)
-        if truth is not None and isinstance(predictor, PrivilegedPredictor):
-            grasps = predictor.predict_from_truth(own, truth)
+        if truths and isinstance(predictor, PrivilegedPredictor):
+            grasps = _in_turn(predictor, own, truths)
         else:
             grasps = predictor.predict(own)
     except PredictorError:
@@ -114,6 +108,16 @@ def _ask(
     except (Exception, SystemExit) as error:  # anything a foreign predictor may throw
         raise PredictorError(f"the predictor raised {type(error).__name__}: {str(error)[:1000]}") from error
     return checked(grasps, image.intrinsics)
+
+
+def _in_turn(control: PrivilegedPredictor, image: RgbdImage, truths: Sequence[GroundTruth]) -> list[Grasp]:
+    size = image.intrinsics
+    found: list[tuple[int, float, Grasp]] = []
+    for truth in truths:
+        told = control.predict_from_truth(image, truth)
+        inside = [g for g in told if 0 <= g.x <= size.width and 0 <= g.y <= size.height]
+        found += [(turn, -float(truth.position[2]), g) for turn, g in enumerate(inside)]
+    return [g for *_, g in sorted(found, key=lambda f: f[:2])]
 
 
 def checked(grasps: Any, intrinsics: Intrinsics) -> list[Grasp]:

@@ -59,8 +59,8 @@ class BrowserReplay:
         self.takes = [t for t in replay.takes if t.done.image is not None and t.done.world is not None]
         if not self.takes:
             raise GraspBenchError(
-                f"Trial {replay.record['trial']} ended before there was an image "
-                f"({replay.record['outcome']}); there is nothing to show."
+                f"Trial {replay.record.trial} ended before there was an image "
+                f"({replay.record.outcome}); there is nothing to show."
             )
         self.server, self._scenario = server, replay.scenario
         server.scene.set_up_direction("+z")

@@ -22,7 +22,7 @@ def render_missing(folders: list[Path], mode: str, objects: Path | None) -> None
     Raises:
         GraspBenchError: for an unknown mode, or a run that cannot be done again here.
     """
-    for renderer in {load_run(f).get("renderer", "") for f in folders} & set(LIBRARIES):
+    for renderer in {load_run(f).renderer for f in folders} & set(LIBRARIES):
         with_gl(renderer)
     without_gl()
     from grasp_bench.media.modes import check_mode

@@ -2,32 +2,31 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from grasp_bench.errors import ResultsError
-from grasp_bench.execution.runner import describe
+from grasp_bench.execution.describe import describe
 from grasp_bench.media.recording import Recording
 from grasp_bench.media.takes import Take
 from grasp_bench.objects.catalog import Catalog
 from grasp_bench.predictors import load_predictor
 from grasp_bench.predictors.identity import identify
 from grasp_bench.predictors.protocol import Predictor
-from grasp_bench.runs.differences import ORIGIN, differences
-from grasp_bench.runs.folder import TRIALS, load_run, tried
+from grasp_bench.runs.folder import TRIALS, load_run
+from grasp_bench.runs.info import RUN, Group, RunInfo
 from grasp_bench.runs.jobs import Job, Settings, spread
-from grasp_bench.runs.lines import dump, scan
+from grasp_bench.runs.lines import scan
+from grasp_bench.runs.record import TrialRecord
 from grasp_bench.scenario.outcomes import HARNESS_FAULTS
-from grasp_bench.scenario.reading import parse_scenario
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.world import World
-from grasp_bench.trials.attempt import Trial, Workcell, run_trial
-from grasp_bench.trials.episode import run_episode
-
-CAUSES = ("implementation", "objects", "weights", "versions", *ORIGIN)
-"""Keys of ``run.json`` that a replay cannot take from the record, but only from this installation."""
+from grasp_bench.trials.attempt import Trial
+from grasp_bench.trials.job import do_job
+from grasp_bench.trials.workcell import Workcell
 
 
 @dataclass(frozen=True)
@@ -44,9 +43,9 @@ class Replay:
         causes: how this installation differs from the one that wrote the record.
     """
 
-    run: dict[str, Any]
-    stored: dict[str, Any]
-    record: dict[str, Any]
+    run: RunInfo
+    stored: TrialRecord
+    record: TrialRecord
     takes: tuple[Take, ...]
     scenario: Scenario
     differs: list[str]
@@ -55,7 +54,7 @@ class Replay:
     @property
     def identical(self) -> bool:
         """The new record is the stored one, byte for byte."""
-        return dump(self.record) == dump(self.stored)
+        return self.record.line() == self.stored.line()
 
 
 class _Camera:
@@ -100,59 +99,41 @@ def rebuild(
     job = job_of(run, stored, folder)
     predictor = load_predictor(settings.predictor)
     new, takes = _again(settings, catalog, job, predictor, every, attempt)
-    differs = list(_differences(stored, new))
+    differs = list(_differences(stored.to_json(), new.to_json()))
     causes = []
     if differs:
         here = describe(settings, spread([job.object], 1), catalog, identify(settings.predictor, predictor))
-        there = run | {"objects": {name: run["objects"].get(name) for name in here["objects"]}}
-        keys = [k for k in CAUSES if k in run]
-        causes = list(differences(there, here, keys, ("in the record", "here")).values())
-        if stored["outcome"] in HARNESS_FAULTS:
+        there = run.model_copy(update={"objects": {name: run.objects.get(name) for name in here.objects}})
+        groups = (Group.INSTALLED, Group.ORIGIN)
+        causes = [
+            words
+            for key, words in there.differences(here, *groups, places=("in the record", "here")).items()
+            if key in run.model_fields_set  # older runs do not say all
+        ]
+        if stored.outcome in HARNESS_FAULTS:
             causes.append("time limits and crashed workers are not part of a replay")
     return Replay(run, stored, new, tuple(takes), settings.scenario, differs, causes)
 
 
 def _again(
     settings: Settings, catalog: Catalog, job: Job, predictor: Predictor, every: int, attempt: int | None
-) -> tuple[dict[str, Any], list[Take]]:
+) -> tuple[TrialRecord, list[Take]]:
     """The record of a job that is done now, and what there is to show of it."""
     cell = Workcell(settings.scenario, settings.renderer)
     takes: list[Take] = []
-    if settings.scenario.clutter is not None:
 
-        def watch(number: int) -> _Camera | None:
-            return _Camera(takes, every, number) if attempt in (None, number) else None
+    def watch(number: int | None) -> _Camera | None:
+        return _Camera(takes, every, number) if attempt in (None, number) else None
 
-        episode = run_episode(
-            cell,
-            catalog,
-            predictor,
-            job.object,
-            trial=job.trial,
-            attempt=job.attempt,
-            seed=settings.seed,
-            watch=watch,
-        )
-        return episode.record, takes
-    camera = _Camera(takes, every)
-    done = run_trial(
-        cell,
-        catalog.load(job.object),
-        predictor,
-        trial=job.trial,
-        attempt=job.attempt,
-        seed=settings.seed,
-        observer=camera,
-    )
-    camera.keep(done, predictor)
-    return done.record.to_json(), takes
+    done = do_job(cell, catalog, predictor, job, settings.seed, watch)
+    return done.record, takes
 
 
 def _differences(stored: dict[str, Any], new: dict[str, Any], where: str = "") -> Iterator[str]:
     """What two records differ in, in words; attempts of an episode one by one."""
     for key in dict.fromkeys([*stored, *new]):
         was, now = stored.get(key), new.get(key)
-        if dump({"": was}) == dump({"": now}):
+        if was == now:
             continue
         if key == "clutter" and was and now:
             yield from _differences(
@@ -167,7 +148,7 @@ def _differences(stored: dict[str, Any], new: dict[str, Any], where: str = "") -
             yield f"{where}{key}: {_short(was)} in the record, {_short(now)} now"
 
 
-def stored_record(folder: Path, trial: int) -> dict[str, Any]:
+def stored_record(folder: Path, trial: int) -> TrialRecord:
     """The record of a trial.
 
     Raises:
@@ -176,53 +157,53 @@ def stored_record(folder: Path, trial: int) -> dict[str, Any]:
     numbers = []
     for line in scan(folder / TRIALS, unique=False):
         record = line.record
-        if record["trial"] == trial:
+        if record.trial == trial:
             return record
-        numbers.append(record["trial"])
+        numbers.append(record.trial)
     held = f"it holds {len(numbers)}, {min(numbers)} to {max(numbers)}" if numbers else "it holds none yet"
     raise ResultsError(f"{folder} has no trial {trial}; {held}.")
 
 
-def check_attempt(stored: dict[str, Any], attempt: int) -> None:
+def check_attempt(stored: TrialRecord, attempt: int) -> None:
     """Refuse an attempt that a trial's record does not hold.
 
     Raises:
         ResultsError: saying which it holds.
     """
-    if "clutter" not in stored:
-        raise ResultsError(f"Trial {stored['trial']} is not an episode of clutter; leave --attempt out.")
-    count = len(stored["clutter"]["attempts"])
+    if stored.clutter is None:
+        raise ResultsError(f"Trial {stored.trial} is not an episode of clutter; leave --attempt out.")
+    count = len(stored.clutter.attempts)
     if attempt >= count:
         there = f"it has {count}, 0 to {count - 1}" if count else "it came to none"
-        raise ResultsError(f"Trial {stored['trial']} has no attempt {attempt}; {there}.")
+        raise ResultsError(f"Trial {stored.trial} has no attempt {attempt}; {there}.")
 
 
-def settings_of(run: dict[str, Any], folder: Path, objects: Path | None) -> tuple[Settings, Catalog]:
+def settings_of(run: RunInfo, folder: Path, objects: Path | None) -> tuple[Settings, Catalog]:
     """How the run's trials are done, and its objects."""
     catalog = Catalog(objects)
-    scenario = parse_scenario(run["scenario"], str(folder / "run.json"))
-    settings = Settings(scenario, catalog.folder.resolve(), run["predictor"], run["seed"], run["renderer"])
+    scenario = run.parsed(str(folder / RUN))
+    settings = Settings(scenario, catalog.folder.resolve(), run.predictor, run.seed, run.renderer)
     return settings, catalog
 
 
-def job_of(run: dict[str, Any], stored: dict[str, Any], folder: Path) -> Job:
+def job_of(run: RunInfo, stored: TrialRecord, folder: Path) -> Job:
     """The job that a record is of.
 
     Raises:
         ResultsError: when the record is of another object than the run plans for its number.
     """
-    names = tried(run)
+    names = run.tried
     if not names:
         raise ResultsError(f"{folder / 'run.json'} names no objects; restore it.")
-    job = spread(names, run["trials"]).job(stored["trial"])
-    if job.object != stored["object"]:
+    job = spread(names, run.trials).job(stored.trial)
+    if job.object != stored.object:
         raise ResultsError(
-            f"Trial {job.trial} of {folder} is of {stored['object']} in its record and of "
+            f"Trial {job.trial} of {folder} is of {stored.object} in its record and of "
             f"{job.object} in run.json; the files were mixed up."
         )
     return job
 
 
 def _short(value: Any) -> str:
-    text = dump({"": value})[5:-1]
+    text = json.dumps(value, ensure_ascii=False)
     return text if len(text) <= 90 else f"{text[:89]}…"

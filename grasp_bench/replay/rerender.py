@@ -6,7 +6,6 @@ from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from grasp_bench.execution.executors import make_executor
 from grasp_bench.execution.runner import carry_out
@@ -14,7 +13,8 @@ from grasp_bench.media.store import Media, faults, find, remove, wanted
 from grasp_bench.replay.rebuild import job_of, settings_of
 from grasp_bench.runs.folder import TRIALS, load_run
 from grasp_bench.runs.jobs import Job
-from grasp_bench.runs.lines import dump, scan
+from grasp_bench.runs.lines import scan
+from grasp_bench.runs.record import TrialRecord
 from grasp_bench.scenario.outcomes import HARNESS_FAULTS
 
 
@@ -33,7 +33,7 @@ class Rerendered:
     failed: dict[int, str]
 
 
-def missing(folder: Path, mode: str) -> dict[int, dict[str, Any]]:
+def missing(folder: Path, mode: str) -> dict[int, TrialRecord]:
     """Records, by number, of the trials that ``mode`` wants pictures and clips of and that lack some.
 
     Tries that the harness is at fault for have no pictures. An episode is lacking where one of its attempts
@@ -42,16 +42,13 @@ def missing(folder: Path, mode: str) -> dict[int, dict[str, Any]]:
     lacking = {}
     for line in scan(folder / TRIALS, unique=False):
         record = line.record
-        tries: list[tuple[int | None, dict[str, Any]]] = (
-            list(enumerate(record["clutter"]["attempts"])) if "clutter" in record else [(None, record)]
-        )
         if any(
-            wanted(mode, t["success"])
-            and t["outcome"] not in HARNESS_FAULTS
-            and _lacks(find(folder, record["trial"], number), moved=t.get("pose") is not None)
-            for number, t in tries
+            wanted(mode, t.success)
+            and t.outcome not in HARNESS_FAULTS
+            and _lacks(find(folder, record.trial, number), moved=t.pose is not None)
+            for number, t in record.tries
         ):
-            lacking[record["trial"]] = record
+            lacking[record.trial] = record
     return lacking
 
 
@@ -64,7 +61,7 @@ def rerender(
     mode: str,
     objects: Path | None = None,
     workers: int = 0,
-    progress: Callable[[dict[str, Any]], None] = lambda record: None,
+    progress: Callable[[TrialRecord], None] = lambda record: None,
 ) -> Rerendered:
     """Do trials of a run again to have their pictures and clips; its records are not touched.
 
@@ -88,9 +85,9 @@ def rerender(
     executor = make_executor("process", min(workers, len(jobs)))
     with closing(carry_out(settings, jobs, catalog, executor)) as ended:
         for record, _ in ended:
-            if dump(record) != dump(lacking[record["trial"]]):
-                differing.append(record["trial"])
-                remove(folder, record["trial"])
+            if record.line() != lacking[record.trial].line():
+                differing.append(record.trial)
+                remove(folder, record.trial)
             progress(record)
     failed = {n: why for n, why in faults(folder).items() if n in lacking}
     return Rerendered(len(jobs) - len(differing) - len(failed), tuple(sorted(differing)), failed)

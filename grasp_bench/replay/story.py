@@ -17,20 +17,20 @@ def story(replay: Replay) -> list[str]:
     """One sentence or two a step, in order; of an episode, attempt after attempt."""
     record, scenario = replay.record, replay.scenario
     told = [
-        f"Trial {record['trial']}: {record['object']} ({record['category']}), scenario {scenario.name}, "
-        f"seed {record['seed']}, predictor {replay.run['predictor']}."
+        f"Trial {record.trial}: {record.object} ({record.category}), scenario {scenario.name}, "
+        f"seed {record.seed}, predictor {replay.run.predictor}."
     ]
-    if "clutter" not in record:
+    episode = record.clutter
+    if episode is None:
         return [*told, *(line for take in replay.takes for line in tell(take))]
-    episode = record["clutter"]
-    told.append(f"On the table: {', '.join(episode['objects'])}.")
+    told.append(f"On the table: {', '.join(episode.objects)}.")
     for take in replay.takes:
-        attempt = episode["attempts"][take.attempt]
-        told += [f"Attempt {take.attempt}: {attempt['object']} ({attempt['category']}).", *tell(take)]
-        if attempt["removed"]:
-            told.append(f"Taken away: {', '.join(attempt['removed'])}.")
-    emptied = f"all {episode['cleared']} objects taken away" if record["success"] else record["detail"]
-    return [*told, f"Table: {record['outcome']}, {emptied}."]
+        attempt = episode.attempts[take.attempt or 0]
+        told += [f"Attempt {take.attempt}: {attempt.object} ({attempt.category}).", *tell(take)]
+        if attempt.removed:
+            told.append(f"Taken away: {', '.join(attempt.removed)}.")
+    emptied = f"all {episode.cleared} objects taken away" if record.success else record.detail
+    return [*told, f"Table: {record.outcome}, {emptied}."]
 
 
 def tell(take: Take) -> list[str]:

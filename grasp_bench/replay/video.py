@@ -80,8 +80,8 @@ def _frames(replay: Replay, rate: float, size: tuple[int, int], opengl: bool) ->
     seen = [t for t in replay.takes if t.done.image is not None and t.done.world is not None]
     if not seen:
         raise GraspBenchError(
-            f"Trial {replay.record['trial']} ended before there was an image "
-            f"({replay.record['outcome']}); there is nothing to show."
+            f"Trial {replay.record.trial} ended before there was an image "
+            f"({replay.record.outcome}); there is nothing to show."
         )
     for take in seen:
         yield from _try(take, replay.scenario, rate, size, opengl)

@@ -45,8 +45,8 @@ def show(replay: Replay) -> None:
     takes = [t for t in replay.takes if t.moved]
     if not takes:
         raise GraspBenchError(
-            f"In trial {replay.record['trial']} nothing moved "
-            f"({replay.record['outcome']}); there is nothing to play."
+            f"In trial {replay.record.trial} nothing moved "
+            f"({replay.record.outcome}); there is nothing to play."
         )
     for take in takes:
         world = take.done.world

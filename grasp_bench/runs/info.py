@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from enum import Enum, auto
 from typing import Annotated, Any, Literal
 
@@ -50,7 +49,7 @@ Table = Annotated[dict[str, Any], Field(description="an object")]
 class RunInfo(Stored):
     """The content of ``run.json``; docs/results-format.md says what each key means."""
 
-    format: Literal[1] = Field(1, description="1, the format that this version reads")
+    format: Annotated[Literal[1], Field(description="1, the format that this version reads")] = 1
     command: tuple[Text, ...] = ()
     predictor: Annotated[Text, Group.MAKING]
     implementation: Annotated[dict[str, Any] | None, Group.MAKING, Group.INSTALLED] = None
@@ -127,8 +126,3 @@ class RunInfo(Stored):
     @model_serializer(mode="wrap")
     def _without_no_shard(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         return {k: v for k, v in handler(self).items() if k != "shard" or v is not None}
-
-    def __getitem__(self, key: str) -> Any:
-        """Deprecated: the content of a key; use the attribute."""
-        warnings.warn(f"info[{key!r}] is deprecated; use info.{key}", DeprecationWarning, stacklevel=2)
-        return self.to_json()[key]

@@ -168,6 +168,18 @@ class TrialRecord(Attempted):
         Field(description="an episode's objects, attempts and how many objects were cleared"),
     ] = None
 
+    @property
+    def tries(self) -> list[tuple[int | None, Attempted]]:
+        """Its attempts with their numbers: those of the episode, or itself with None."""
+        if self.clutter is None:
+            return [(None, self)]
+        return list(enumerate(self.clutter.attempts))
+
+    def as_attempt(self, number: int, removed: tuple[str, ...]) -> AttemptRecord:
+        """The record of an episode's attempt, without what the episode says already."""
+        shared = {name: getattr(self, name) for name in Attempted.model_fields}
+        return AttemptRecord(attempt=number, removed=removed, **shared)
+
     @model_serializer(mode="wrap")
     def _in_order(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         content = super()._in_order(handler)
@@ -177,7 +189,7 @@ class TrialRecord(Attempted):
 class Timings(Stored):
     """A line of ``timings.jsonl``: the seconds that a trial spent in each phase, by the phase's name."""
 
-    __pydantic_extra__: dict[str, Number]
+    __pydantic_extra__: dict[str, Number] = Field(init=False)
 
     trial: Count
 

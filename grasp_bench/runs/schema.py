@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -45,6 +46,11 @@ class Stored(BaseModel):
     def to_json(self) -> dict[str, Any]:
         """Plain data, as it is written."""
         return self.model_dump(mode="json")
+
+    def __getitem__(self, key: str) -> Any:
+        """Deprecated: the content of a key, as it is written; use the attribute."""
+        warnings.warn(f"[{key!r}] is deprecated; use .{key}", DeprecationWarning, stacklevel=2)
+        return self.to_json()[key]
 
     def line(self) -> str:
         """The content as one line of JSON; the same content is always the same line."""

@@ -6,6 +6,7 @@ workers a run has: adding an object or a worker changes no other trial.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import IntEnum
 from zlib import crc32
 
@@ -26,3 +27,22 @@ class Purpose(IntEnum):
 def stream(run_seed: int, name: str, trial: int, purpose: Purpose) -> np.random.Generator:
     """Generator for one purpose of the ``trial``-th attempt on object ``name``."""
     return np.random.default_rng(np.random.SeedSequence([run_seed, crc32(name.encode()), trial, purpose]))
+
+
+@dataclass(frozen=True)
+class Streams:
+    """The random streams of one attempt.
+
+    Attributes:
+        seed: of the run.
+        name: of the object; of an attempt in an episode, its own.
+        attempt: how many times it was tried before in the run.
+    """
+
+    seed: int
+    name: str
+    attempt: int
+
+    def __call__(self, purpose: Purpose) -> np.random.Generator:
+        """The stream for one purpose."""
+        return stream(self.seed, self.name, self.attempt, purpose)

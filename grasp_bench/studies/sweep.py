@@ -18,7 +18,8 @@ from typing import Any
 import yaml
 
 from grasp_bench.errors import ResultsError, ScenarioError
-from grasp_bench.runs.folder import TRIALS, read_lines
+from grasp_bench.runs.folder import load_records
+from grasp_bench.runs.record import TrialRecord
 from grasp_bench.runs.statistics import mcnemar, wilson
 from grasp_bench.scenario.reading import with_value
 from grasp_bench.scenario.sections import Scenario
@@ -168,7 +169,7 @@ def sweep(
     trials: int | None = None,
     seed: int = 0,
     workers: int | None = None,
-    progress: Callable[[str, dict[str, Any], bool], None] | None = None,
+    progress: Callable[[str, TrialRecord, bool], None] | None = None,
 ) -> Sweep:
     """Run every value for every predictor, and put the figures together.
 
@@ -204,8 +205,7 @@ def sweep(
                 if progress is None
                 else lambda record, resumed, words=words: progress(words, record, resumed),
             )
-            records, _ = read_lines(out / label / name / TRIALS)
-            won[name] = {r["trial"]: r["success"] for r in records}
+            won[name] = {r.trial: r.success for r in load_records(out / label / name)}
         points += [
             _point(predictor, value, won[name], won.get(REFERENCE), f"{label}/{name}")
             for name, (value, _) in scenarios.items()

@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+
+class Tried(Protocol):
+    """What is counted of a trial's record."""
+
+    @property
+    def success(self) -> bool:
+        """It was one."""
+        ...
 
 
 class Progress:
@@ -43,9 +52,9 @@ class Progress:
             self._bar.live.transient = True  # refused before the first trial: leave no empty bar behind
         self._bar.stop()
 
-    def update(self, record: dict[str, Any], resumed: bool = False) -> None:
+    def update(self, record: Tried, resumed: bool = False) -> None:
         """Count one trial by its record."""
         self._done += 1
-        self._won += record["success"]
+        self._won += record.success
         rate = f"{self._won}/{self._done} = {self._won / self._done:.0%}"
         self._bar.update(self._task, advance=1, rate=rate)

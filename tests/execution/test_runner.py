@@ -13,8 +13,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grasp_bench.errors import AssetError, GraspBenchError, PredictorError, ResultsError
-from grasp_bench.execution.runner import Job, Settings, describe, run, spread
+from grasp_bench.execution.describe import describe
+from grasp_bench.execution.runner import run
 from grasp_bench.objects.catalog import Catalog
+from grasp_bench.runs.jobs import Job, Settings, spread
 from grasp_bench.scenario.sections import Scenario
 
 OBJECTS = ["bar", "block", "pot"]

@@ -32,9 +32,11 @@ from grasp_bench.replay.story import story
 from grasp_bench.report.html.page import write_html
 from grasp_bench.runs.folder import tried
 from grasp_bench.runs.jobs import MEDIA_TIME, Settings, spread
+from grasp_bench.runs.record import TrialRecord
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scenario.sections import Clutter, Scenario
-from grasp_bench.trials.attempt import Clock, Trial, TrialRecord
+from grasp_bench.trials.attempt import Trial
+from grasp_bench.trials.clock import Clock
 
 NAMES = ["pot", "bar"]
 """Not in the manifest's order: episodes are led in this one."""

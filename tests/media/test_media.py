@@ -24,7 +24,9 @@ from grasp_bench.runs.jobs import Job, Settings
 from grasp_bench.runs.lines import dump
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.rendering import raycast
-from grasp_bench.trials.attempt import Trial, Workcell, run_trial
+from grasp_bench.trials.attempt import Trial
+from grasp_bench.trials.trial import run_trial
+from grasp_bench.trials.workcell import Workcell
 
 
 @pytest.fixture(scope="module")

@@ -13,9 +13,10 @@ import pytest
 
 from grasp_bench.cli import main
 from grasp_bench.errors import PredictorError, ResultsError, UnknownNameError
-from grasp_bench.execution.runner import Settings, run, spread
+from grasp_bench.execution.runner import run
 from grasp_bench.predictors import BUILT_IN, identity, installed, load_predictor
 from grasp_bench.predictors.identity import identify
+from grasp_bench.runs.jobs import Settings, spread
 from grasp_bench.system.integrity import sha256
 
 MODULE = """

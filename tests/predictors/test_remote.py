@@ -23,12 +23,13 @@ import uvicorn
 
 from grasp_bench.camera import Intrinsics, RgbdImage
 from grasp_bench.errors import PredictorError, ResultsError
-from grasp_bench.execution.runner import Settings, run, spread
+from grasp_bench.execution.runner import run
 from grasp_bench.predictors import load_predictor
 from grasp_bench.predictors.command import CommandPredictor
 from grasp_bench.predictors.protocol import ask
 from grasp_bench.predictors.remote import RemotePredictor, UnansweredError, is_loopback
 from grasp_bench.predictors.server import listen, make_app, servable
+from grasp_bench.runs.jobs import Settings, spread
 
 DEPTH = np.full((48, 64), 0.55, np.float32)
 DEPTH[20:28, 28:36] = 0.5

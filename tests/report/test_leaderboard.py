@@ -17,11 +17,11 @@ from grasp_bench.objects.catalog import Catalog
 from grasp_bench.report.leaderboard import About, Row, check, load_row
 from grasp_bench.report.leaderboard_page import as_markdown
 from grasp_bench.runs.lines import dump
+from grasp_bench.runs.record import TrialRecord
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.system.integrity import sha256
 from grasp_bench.system.paths import assets_dir
-from grasp_bench.trials.attempt import TrialRecord
 
 ABOUT = {"name": "Mine", "authors": "Jane Doe", "trained_on": "nothing"}
 

@@ -19,7 +19,9 @@ from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.scenario.sections import Scenario, Shake
 from grasp_bench.scene.world import World
-from grasp_bench.trials.attempt import Trial, Workcell, run_trial
+from grasp_bench.trials.attempt import Trial
+from grasp_bench.trials.trial import run_trial
+from grasp_bench.trials.workcell import Workcell
 
 HARD = Shake(acceleration=5.0)
 

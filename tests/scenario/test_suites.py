@@ -18,7 +18,7 @@ from grasp_bench.scenario.reading import load_scenario, parameters, scenario_nam
 from grasp_bench.scenario.sections import Calibration, Scenario
 from grasp_bench.scene.builder import compile_mjcf, compose
 from grasp_bench.scene.hulls import merged
-from grasp_bench.trials.attempt import Workcell, miscalibrated
+from grasp_bench.trials.workcell import Workcell, miscalibrated
 
 SUITE = {
     "adversarial",

@@ -11,7 +11,7 @@ from grasp_bench.robot.trajectory import Trajectory, through
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.scene.builder import compile_scene
 from grasp_bench.scene.world import UnstableError, World
-from grasp_bench.trials.attempt import put_down
+from grasp_bench.trials.placing import put_down
 
 SCENARIO = load_scenario("table4")
 

@@ -25,8 +25,9 @@ from grasp_bench.scenario.sections import Clutter, Scenario
 from grasp_bench.scene.builder import compile_mjcf, compose_many, object_name
 from grasp_bench.scene.world import UnstableError, World
 from grasp_bench.trials import episode as clutter
-from grasp_bench.trials.attempt import Workcell
-from grasp_bench.trials.episode import Resting, lay_out, run_episode
+from grasp_bench.trials.episode import run_episode
+from grasp_bench.trials.placing import Resting, lay_out
+from grasp_bench.trials.workcell import Workcell
 
 
 @pytest.fixture(scope="module")

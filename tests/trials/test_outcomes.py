@@ -19,7 +19,9 @@ from grasp_bench.predictors.protocol import GroundTruth, PrivilegedPredictor
 from grasp_bench.scenario.outcomes import HARNESS_FAULTS, Outcome
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.world import Touch, UnstableError, World
-from grasp_bench.trials.attempt import Trial, Workcell, run_trial
+from grasp_bench.trials.attempt import Trial
+from grasp_bench.trials.trial import run_trial
+from grasp_bench.trials.workcell import Workcell
 from grasp_bench.workshop.build import build_shape
 from grasp_bench.workshop.model import ObjectSpec, Part
 from grasp_bench.workshop.shapes import box, move

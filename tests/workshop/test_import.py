@@ -373,7 +373,8 @@ def test_an_imported_object_can_be_benchmarked(tmp_path: Path, monkeypatch: pyte
     from grasp_bench.predictors import load_predictor
     from grasp_bench.scenario.outcomes import Outcome
     from grasp_bench.scenario.reading import load_scenario
-    from grasp_bench.trials.attempt import Workcell, run_trial
+    from grasp_bench.trials.trial import run_trial
+    from grasp_bench.trials.workcell import Workcell
     from grasp_bench.workshop import poses
 
     monkeypatch.setattr(poses, "TRIED", 4)
@@ -525,7 +526,8 @@ def test_real_scans_rest_as_they_were_scanned_and_are_lifted(
 ) -> None:
     from grasp_bench.predictors import load_predictor
     from grasp_bench.scenario.reading import load_scenario
-    from grasp_bench.trials.attempt import Workcell, run_trial
+    from grasp_bench.trials.trial import run_trial
+    from grasp_bench.trials.workcell import Workcell
     from grasp_bench.workshop import poses
 
     monkeypatch.setattr(poses, "TRIED", 5)

@@ -51,14 +51,14 @@ _cell: dict[str, Any] = {}
 def _start(scenario: Scenario) -> None:
     from grasp_bench.objects.catalog import Catalog
     from grasp_bench.predictors import load_predictor
-    from grasp_bench.trials.attempt import Workcell
+    from grasp_bench.trials.workcell import Workcell
 
     _cell.update(cell=Workcell(scenario), catalog=Catalog(), predictor=load_predictor(PREDICTOR))
 
 
 def _watch(trial: int, name: str, seed: int) -> Watched:
     from grasp_bench.scene.world import World
-    from grasp_bench.trials.attempt import run_trial
+    from grasp_bench.trials.trial import run_trial
 
     torque, velocity = np.zeros(6), np.zeros(6)
 

@@ -52,7 +52,8 @@ def reference_plan(scenario: Scenario) -> Plan:
     """The motion of a trial of the oracle."""
     from grasp_bench.objects.catalog import Catalog
     from grasp_bench.predictors import load_predictor
-    from grasp_bench.trials.attempt import Workcell, run_trial
+    from grasp_bench.trials.trial import run_trial
+    from grasp_bench.trials.workcell import Workcell
 
     trial = run_trial(
         Workcell(scenario), Catalog().load(OBJECT), load_predictor("oracle"), trial=0, attempt=0, seed=0

@@ -1,0 +1,80 @@
+"""What a run that begins here says of itself in ``run.json``."""
+
+from __future__ import annotations
+
+import platform
+import subprocess
+import sys
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from grasp_bench.objects.catalog import Catalog
+from grasp_bench.predictors import BUILT_IN
+from grasp_bench.runs.info import RunInfo
+from grasp_bench.runs.jobs import WHOLE, Jobs, Settings
+from grasp_bench.system.integrity import sha256
+from grasp_bench.system.machine import cpu_name
+
+PINNED = (
+    "grasp-bench",
+    "mujoco",
+    "dm-control",
+    "mink",
+    "numpy",
+    "scipy",
+    "torch",
+    "opencv-python-headless",
+    "trimesh",
+)
+"""Distributions whose versions can change a result."""
+
+
+def objects_of(settings: Settings, jobs: Jobs, catalog: Catalog) -> list[str]:
+    """All objects that a run may meet: those of its jobs, and in clutter those that episodes draw from."""
+    if settings.scenario.clutter is not None:
+        return catalog.chosen(settings.scenario.objects.names)
+    return jobs.used
+
+
+def describe(
+    settings: Settings, jobs: Jobs, catalog: Catalog, implementation: dict[str, Any] | None = None
+) -> RunInfo:
+    """The content of ``run.json``; ``implementation`` is what :func:`identify` says of the predictor."""
+    entry = BUILT_IN.get(settings.predictor)
+    weights = None
+    if entry is not None and (path := entry.file) is not None:
+        weights = {path.name: sha256(path) if path.is_file() else None}
+    return RunInfo(
+        command=("grasp-bench", *sys.argv[1:]),
+        predictor=settings.predictor,
+        implementation=implementation,
+        scenario=settings.scenario.model_dump(mode="json"),
+        seed=settings.seed,
+        trials=jobs.total,
+        shard=None if jobs.shard == WHOLE else str(jobs.shard),
+        objects={n: catalog.entries[n]["files"] for n in objects_of(settings, jobs, catalog)},
+        weights=weights,
+        versions={name: version(name) for name in PINNED},
+        renderer=settings.renderer,
+        python=platform.python_version(),
+        platform=f"{platform.system()} {platform.machine()}",
+        cpu=cpu_name(),
+        git=_git_revision(),
+    )
+
+
+def _git_revision() -> str | None:
+    folder = Path(__file__).parent
+    try:
+        head = subprocess.run(
+            ["git", "describe", "--always", "--dirty", "--abbrev=12"],
+            cwd=folder,
+            text=True,
+            capture_output=True,
+            timeout=10,
+            check=True,
+        ).stdout.strip()
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return head or None

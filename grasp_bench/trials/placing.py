@@ -1,0 +1,136 @@
+"""Objects put down on the table: one for a trial, several beside and on top of each other for an episode."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from grasp_bench.objects.catalog import ObjectModel
+from grasp_bench.scenario.sections import Scenario
+from grasp_bench.scene.builder import compile_mjcf, compose_many, object_name
+from grasp_bench.scene.world import UnstableError, World
+
+Floats = NDArray[np.float64]
+
+LAYOUTS = 5
+"""Layouts tried before an episode whose objects never come to rest is unstable."""
+PLACES = 40
+"""Places tried beside the others before an object is dropped onto them."""
+GAP = 0.004
+"""Room between footprints where there is some [m]."""
+
+
+@dataclass(frozen=True)
+class Resting:
+    """An object on the table: position (3,) [m] and quaternion w, x, y, z."""
+
+    model: ObjectModel
+    position: Floats
+    quaternion: Floats
+
+
+def put_down(world: World, model: ObjectModel, scenario: Scenario, rng: np.random.Generator) -> None:
+    """Put the object down in a random graspable resting pose and let it come to rest.
+
+    Poses are drawn by their probability among those in which some grasp fits the gripper,
+    with uniform yaw and a uniform place in the workspace.
+    """
+    height, quaternion = random_pose(model, rng)
+    x, y = rng.uniform(-1, 1, 2) * scenario.table.workspace + scenario.table.center
+    world.place_object(np.array([x, y, height + scenario.settling.clearance]), quaternion)
+    world.settle()
+
+
+def random_pose(model: ObjectModel, rng: np.random.Generator) -> tuple[float, Floats]:
+    """Height of the centre of mass [m] and quaternion of a graspable resting pose at any yaw."""
+    poses = model.graspable_poses
+    weights = np.array([p.probability for p in poses])
+    pose = poses[rng.choice(len(poses), p=weights / weights.sum())]
+    yaw = rng.uniform(-math.pi, math.pi)
+    turn = np.array([math.cos(yaw / 2), 0, 0, math.sin(yaw / 2)])
+    return pose.height, multiply_quaternions(turn, pose.quaternion)
+
+
+def multiply_quaternions(a: Floats, b: Floats) -> Floats:
+    """Hamilton product of quaternions w, x, y, z."""
+    import mujoco
+
+    product = np.zeros(4)
+    mujoco.mju_mulQuat(product, np.asarray(a, float), np.asarray(b, float))
+    return product
+
+
+def world_of(left: list[Resting], scenario: Scenario) -> World:
+    """The objects where they rest, and the arm at home."""
+    model = compile_mjcf(compose_many(scenario, [r.model for r in left]))
+    world = World(
+        model, scenario, [object_name(i) for i in range(len(left))], [r.model.friction for r in left]
+    )
+    for i, place in enumerate(left):
+        world.aim(i)
+        world.place_object(place.position, place.quaternion)
+    return world
+
+
+def resting(world: World, left: list[Resting]) -> list[Resting]:
+    """Where the objects of a world are now."""
+    return [
+        Resting(r.model, world.data.xpos[body].copy(), world.data.xquat[body].copy())
+        for r, body in zip(left, world.bodies, strict=True)
+    ]
+
+
+def lay_out(models: Sequence[ObjectModel], scenario: Scenario, rng: np.random.Generator) -> list[Resting]:
+    """Objects at rest on the table, in graspable poses where they were put; piled where there was no room.
+
+    Each is put down in a random graspable resting pose at a random place beside the others, or, when there
+    is none, dropped onto them. Layouts that do not come to rest are drawn again.
+
+    Raises:
+        UnstableError: when none of several layouts came to rest.
+    """
+    why = ""
+    for _ in range(LAYOUTS):
+        placed = _placed(models, scenario, rng)
+        world = world_of(placed, scenario)
+        try:
+            world.settle()
+        except UnstableError as error:
+            why = str(error)
+            continue
+        return resting(world, placed)
+    raise UnstableError(f"in {LAYOUTS} layouts: {why}")
+
+
+def _placed(models: Sequence[ObjectModel], scenario: Scenario, rng: np.random.Generator) -> list[Resting]:
+    import mujoco
+    from shapely import Polygon
+    from shapely.affinity import translate
+
+    assert scenario.clutter is not None
+    centre, spread = np.array(scenario.table.center), np.array(scenario.clutter.workspace)
+    placed: list[Resting] = []
+    taken: list[tuple[Polygon, float]] = []
+    matrix = np.zeros(9)
+    for model in models:
+        height, quaternion = random_pose(model, rng)
+        mujoco.mju_quat2Mat(matrix, quaternion)
+        cloud = np.vstack(model.hulls) @ matrix.reshape(3, 3).T
+        outline = Polygon(cloud[ConvexHull(cloud[:, :2]).vertices, :2]).buffer(GAP)
+        place, below = centre, [0.0]
+        for _ in range(PLACES):
+            place = centre + rng.uniform(-1, 1, 2) * spread
+            here = translate(outline, *place)
+            below = [top for other, top in taken if here.intersects(other)]
+            if not below:
+                break
+        base = max(below, default=0.0)
+        z = base + height + scenario.settling.clearance
+        taken.append((translate(outline, *place), z + float(cloud[:, 2].max())))
+        placed.append(Resting(model, np.array([*place, z]), quaternion))
+    return placed

@@ -1,0 +1,46 @@
+"""A trial on one object: a single attempt."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from grasp_bench.objects.catalog import ObjectModel
+from grasp_bench.predictors.protocol import Predictor
+from grasp_bench.scenario.seeding import Purpose, Streams
+from grasp_bench.scene.builder import compile_scene
+from grasp_bench.scene.world import World
+from grasp_bench.trials.attempt import Table, Trial
+from grasp_bench.trials.attempt import attempt as try_once
+from grasp_bench.trials.placing import put_down
+from grasp_bench.trials.workcell import Workcell
+
+
+def run_trial(
+    cell: Workcell,
+    model: ObjectModel,
+    predictor: Predictor,
+    *,
+    trial: int = 0,
+    attempt: int = 0,
+    seed: int = 0,
+    observer: Callable[[World], None] | None = None,
+) -> Trial:
+    """Try to pick up ``model`` once.
+
+    Args:
+        cell: scenario, planner and camera.
+        model: the object.
+        predictor: proposes grasps.
+        trial: number in the run.
+        attempt: how many times this object was tried before in the run.
+        seed: of the run.
+        observer: called after every sample of the arm's motion, for films and logs.
+    """
+    streams = Streams(seed, model.name, attempt)
+    table = Table(
+        [model],
+        build=lambda: World(compile_scene(cell.scenario, model), cell.scenario),
+        settle=lambda world: put_down(world, model, cell.scenario, streams(Purpose.POSE)),
+        alone=True,
+    )
+    return try_once(cell, table, predictor, streams, trial=trial, observer=observer)

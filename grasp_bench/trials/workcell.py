@@ -1,0 +1,79 @@
+"""What all trials of a scenario share: the planner, and the camera that takes their pictures."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from grasp_bench.camera import CameraPose, RgbdImage
+from grasp_bench.planning.planner import Planner
+from grasp_bench.scenario.sections import Calibration, Scenario
+from grasp_bench.scenario.seeding import Purpose, Streams
+from grasp_bench.scene.rendering import Picture, SceneCamera, surfaces
+from grasp_bench.scene.sensor import sense
+from grasp_bench.scene.world import World
+from grasp_bench.trials.clock import Clock
+
+
+class Workcell:
+    """What trials of one scenario share; holds no state of any of them.
+
+    Args:
+        scenario: the trials' definition.
+        renderer: see :mod:`grasp_bench.scene.rendering`.
+    """
+
+    def __init__(self, scenario: Scenario, renderer: str = "auto") -> None:
+        self.scenario = scenario
+        self.planner = Planner(scenario)
+        self.camera = SceneCamera(scenario.camera.intrinsics, scenario.camera.pose, renderer)
+        self._true_cameras: dict[int, SceneCamera] = {}
+
+    def true_camera(self, streams: Streams) -> SceneCamera:
+        """The camera that takes an attempt's picture, off the nominal one by the calibration's error."""
+        calibration, nominal = self.scenario.calibration, self.camera
+        if calibration.exact:
+            return nominal
+        if calibration.drawn == "trial":
+            pose = miscalibrated(nominal.pose, calibration, streams(Purpose.CALIBRATION))
+            return SceneCamera(nominal.intrinsics, pose, nominal.renderer)
+        seed = streams.seed
+        if seed not in self._true_cameras:
+            once = Streams(seed, "", 0)
+            pose = miscalibrated(nominal.pose, calibration, once(Purpose.CALIBRATION))
+            self._true_cameras[seed] = SceneCamera(nominal.intrinsics, pose, nominal.renderer)
+        return self._true_cameras[seed]
+
+
+def miscalibrated(pose: CameraPose, calibration: Calibration, rng: np.random.Generator) -> CameraPose:
+    """Where a camera believed at ``pose`` truly is; directions of both errors are uniform."""
+    shift, axis = (v / np.linalg.norm(v) for v in rng.standard_normal((2, 3)))
+    return pose.moved(calibration.position_mm / 1000 * shift, math.radians(calibration.rotation_deg) * axis)
+
+
+def take_picture(
+    world: World,
+    camera: SceneCamera,
+    scenario: Scenario,
+    rng: np.random.Generator,
+    clock: Clock,
+    changing: int = -1,
+) -> tuple[Picture, RgbdImage]:
+    """The perfect picture of a world, and what the sensor makes of it.
+
+    Args:
+        world: at rest.
+        camera: where the sensor truly is.
+        scenario: its sensor and light.
+        rng: the sensor's stream.
+        clock: for the phases ``render`` and ``sense``.
+        changing: body that alone differs from the camera's last picture, −1 when others may.
+    """
+    with clock.phase("render"):
+        picture = camera.picture(world.model, world.data, changing)
+    with clock.phase("sense"):
+        image = sense(
+            picture, camera.intrinsics, scenario.sensor, rng, surfaces(world.model), scenario.light.level
+        )
+    return picture, image

@@ -127,8 +127,8 @@ def test_an_instance_runs_here_and_gets_a_fresh_folder_each_time(
     monkeypatch.chdir(tmp_path)
     seen: list[tuple[int, bool]] = []
 
-    def note(record: dict, resumed: bool) -> None:
-        seen.append((record["trial"], resumed))
+    def note(record: gb.TrialRecord, resumed: bool) -> None:
+        seen.append((record.trial, resumed))
 
     first = gb.run(toy_catalog, 2, Needy(30.0), scenario, progress=note)
     second = gb.run(toy_catalog, 2, Needy(60.0), scenario, progress=note)

@@ -83,8 +83,8 @@ def test_workers_are_recycled_and_use_one_thread_each(monkeypatch: pytest.Monkey
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
     ended = carried_out(["fine"] * 6, recycle=2)
     records = [a.record for a in ended.values() if isinstance(a, Answer)]
-    assert len({r["pid"] for r in records}) == 3
-    assert {r["threads"] for r in records} == {"1"}
+    assert len({r.to_json()["pid"] for r in records}) == 3
+    assert {r.to_json()["threads"] for r in records} == {"1"}
     assert os.environ["OMP_NUM_THREADS"] == "7"
 
 

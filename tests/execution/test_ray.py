@@ -15,6 +15,7 @@ from grasp_bench.execution.ray_cluster import RayCluster, _open_pool, _task
 from grasp_bench.execution.runner import run
 from grasp_bench.predictors.controls import Antipodal
 from grasp_bench.runs.jobs import Settings, spread
+from grasp_bench.runs.record import TrialRecord
 from grasp_bench.scenario.sections import Scenario
 
 ray = pytest.importorskip("ray", reason="Ray is not installed")
@@ -55,8 +56,8 @@ def test_a_cluster_of_which_a_node_dies_writes_the_bytes_of_one_machine(
     alone = gb.run(toy_catalog, TRIALS, Antipodal(), scenario, seed=5, out=tmp_path / "alone", progress=False)
     seen = []
 
-    def watch(record: dict[str, Any], resumed: bool) -> None:
-        seen.append(record["trial"])
+    def watch(record: TrialRecord, resumed: bool) -> None:
+        seen.append(record.trial)
         if len(seen) == 3:
             cluster.remove_node(cluster.second, allow_graceful=False)
 

@@ -16,6 +16,7 @@ from grasp_bench.errors import AssetError, GraspBenchError, PredictorError, Resu
 from grasp_bench.execution.describe import describe
 from grasp_bench.execution.runner import run
 from grasp_bench.objects.catalog import Catalog
+from grasp_bench.runs.info import RunInfo
 from grasp_bench.runs.jobs import Job, Settings, spread
 from grasp_bench.scenario.sections import Scenario
 
@@ -72,7 +73,7 @@ def test_two_attempts_on_an_object_are_not_the_same(unbroken: Path) -> None:
 
 def test_two_workers_write_the_same_bytes_as_one(settings: Settings, unbroken: Path, tmp_path: Path) -> None:
     seen: list[int] = []
-    run(settings, spread(OBJECTS, 6), tmp_path, 2, lambda record, resumed: seen.append(record["trial"]))
+    run(settings, spread(OBJECTS, 6), tmp_path, 2, lambda record, resumed: seen.append(record.trial))
     assert sorted(seen) == list(range(6))
     assert (tmp_path / "trials.jsonl").read_bytes() == (unbroken / "trials.jsonl").read_bytes()
 
@@ -85,7 +86,7 @@ def test_a_killed_run_resumes_to_the_same_bytes(settings: Settings, unbroken: Pa
     (out / "trials.jsonl").write_text(whole[2] + whole[0] + whole[4] + whole[1][:50])
     seen: dict[int, bool] = {}
     summary = run(
-        settings, spread(OBJECTS, 6), out, 1, lambda record, resumed: seen.update({record["trial"]: resumed})
+        settings, spread(OBJECTS, 6), out, 1, lambda record, resumed: seen.update({record.trial: resumed})
     )
     assert (summary.resumed, summary.added, summary.repaired) == (3, 3, True)
     assert seen == {0: True, 1: False, 2: True, 3: False, 4: True, 5: False}
@@ -143,11 +144,11 @@ def test_a_trial_that_hangs_or_kills_its_worker_is_recorded_and_the_run_goes_on(
 def test_what_defines_a_run_is_described(settings: Settings) -> None:
     catalog = Catalog(settings.objects)
     described = describe(settings, spread(OBJECTS, 6), catalog)
-    assert json.loads(json.dumps(described)) == described
-    assert described["objects"]["pot"] == catalog.entries["pot"]["files"]
-    assert described["scenario"]["camera"]["width"] == 320
-    assert described["versions"]["mujoco"]
-    assert (described["predictor"], described["seed"], described["trials"]) == ("antipodal", 3, 6)
+    assert RunInfo.read(json.loads(json.dumps(described.to_json()))) == described
+    assert described.objects["pot"] == catalog.entries["pot"]["files"]
+    assert described.scenario["camera"]["width"] == 320
+    assert described.versions["mujoco"]
+    assert (described.predictor, described.seed, described.trials) == ("antipodal", 3, 6)
 
 
 # ---------------------------------------------------------------- refused before the first trial

@@ -30,7 +30,6 @@ from grasp_bench.replay.rebuild import Replay, rebuild
 from grasp_bench.replay.rerender import missing, rerender
 from grasp_bench.replay.story import story
 from grasp_bench.report.html.page import write_html
-from grasp_bench.runs.folder import tried
 from grasp_bench.runs.jobs import MEDIA_TIME, Settings, spread
 from grasp_bench.runs.record import TrialRecord
 from grasp_bench.scenario.outcomes import Outcome
@@ -103,7 +102,7 @@ def test_clips_are_of_the_attempts_that_failed(crowd: Scenario, toy_catalog: Pat
     assert log.stat().st_size > 10_000
     assert not list((finished.folder / store.FOLDER).glob("*.rrd"))
     (line,) = (finished.folder / "trials.jsonl").read_text().splitlines()
-    assert tried(finished.info) == ["bar", "block", "pot"]  # what was asked for, not what the scenario names
+    assert finished.info.tried == ["bar", "block", "pot"]  # what was asked for, not what the scenario names
     attempts = json.loads(line)["clutter"]["attempts"]
     assert any(a["success"] for a in attempts)
     for number, attempt in enumerate(attempts):
@@ -135,7 +134,7 @@ def test_maps_of_an_earlier_picture_are_not_those_of_a_failed_predictor() -> Non
             return []
 
     for outcome, maps in ((Outcome.ERROR, None), (Outcome.NO_GRASP, Network.last_maps)):
-        done = Trial(TrialRecord(0, "bar", "tools", 0, outcome), Clock())
+        done = Trial(TrialRecord(trial=0, object="bar", category="tools", seed=0, outcome=outcome), Clock())
         take = Take.of(done, Recording(), Network(), 1)
         assert take.maps is maps
         assert (take.origin, take.attempt, take.moments) == ((3, 4), 1, [])
@@ -147,8 +146,8 @@ def test_maps_of_an_earlier_picture_are_not_those_of_a_failed_predictor() -> Non
 def test_an_episode_done_again_is_the_same_to_the_bit(again: Replay) -> None:
     assert again.identical
     assert again.differs == []
-    assert again.record["object"] == "pot"
-    assert tried(again.run) == NAMES
+    assert again.record.object == "pot"
+    assert again.run.tried == NAMES
     assert [t.attempt for t in again.takes] == [0, 1]
     told = story(again)
     assert [line.split(":")[0] for line in told] == [

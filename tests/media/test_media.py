@@ -21,7 +21,6 @@ from grasp_bench.media.recording import Recording
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.predictors import load_predictor
 from grasp_bench.runs.jobs import Job, Settings
-from grasp_bench.runs.lines import dump
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.rendering import raycast
 from grasp_bench.trials.attempt import Trial
@@ -67,11 +66,11 @@ def test_records_are_the_same_with_and_without_media(
             worker.load(Settings(scenario, toy_catalog, predictor, 0, "raycast", media=mode, folder=run))
             answer = worker.do(Job(4, "block", 1))
             record = answer.record
-            lines[predictor, mode] = dump(record)
-            assert ("media" in answer.timings) == (mode != "none")
+            lines[predictor, mode] = record.line()
+            assert ("media" in answer.timings.seconds) == (mode != "none")
             media = store.find(run, 4)
             assert (media.sheet is not None) == (mode != "none")
-            assert (media.clip is not None) == store.wanted(mode, record["success"])
+            assert (media.clip is not None) == store.wanted(mode, record.success)
         assert len({lines[predictor, mode] for mode in MODES}) == 1
     assert '"outcome": "success"' in lines["oracle", "none"]
     assert '"outcome": "missed"' in lines["displaced", "none"]

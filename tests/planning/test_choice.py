@@ -7,7 +7,7 @@ from test_planner import grasp_at, ground, look
 
 from grasp_bench.grasps import Grasp
 from grasp_bench.planning.choice import choose_grasp
-from grasp_bench.planning.planner import Planner
+from grasp_bench.planning.planner import Plan, Planner, Refused
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scenario.reading import load_scenario
 
@@ -51,14 +51,15 @@ def planner() -> Planner:
 def test_the_best_deep_grasp_or_else_the_least_shallow(
     planner: Planner, grasps: list[Grasp], rank: int, shortfall: float
 ) -> None:
-    chosen, plan, outcome, why = choose_grasp(planner, SCENE, grasps)
-    assert plan is not None
-    assert (chosen, plan.grasp, outcome, why) == (rank, grasps[rank], Outcome.SUCCESS, "")
-    assert plan.shortfall == pytest.approx(shortfall, abs=1e-3)
-    assert plan.deep == (shortfall == 0)
+    choice = choose_grasp(planner, SCENE, grasps)
+    assert isinstance(choice.plan, Plan)
+    assert (choice.rank, choice.plan.grasp) == (rank, grasps[rank])
+    assert choice.plan.shortfall == pytest.approx(shortfall, abs=1e-3)
+    assert choice.plan.deep == (shortfall == 0)
 
 
 def test_where_none_can_be_done_the_first_ones_failure_tells(planner: Planner) -> None:
-    chosen, plan, outcome, why = choose_grasp(planner, SCENE, [BLOCKED, BLOCKED])
-    assert (chosen, plan, outcome) == (0, None, Outcome.APPROACH_COLLISION)
-    assert "the fingers reach only" in why
+    choice = choose_grasp(planner, SCENE, [BLOCKED, BLOCKED])
+    assert isinstance(choice.plan, Refused)
+    assert (choice.rank, choice.plan.outcome) == (0, Outcome.APPROACH_COLLISION)
+    assert "the fingers reach only" in str(choice.plan)

@@ -75,7 +75,7 @@ def changed(folder: Path, tmp_path: Path) -> Callable[..., Path]:
 def test_a_trial_done_again_is_the_same_to_the_bit(again: Replay) -> None:
     assert again.identical
     assert (again.differs, again.causes) == ([], [])
-    assert again.stored["object"] == "bar"
+    assert again.stored.object == "bar"
     assert [t.done.record.trial for t in again.takes] == [3]
 
 

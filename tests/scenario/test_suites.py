@@ -16,6 +16,7 @@ from grasp_bench.errors import ScenarioError, UnknownNameError
 from grasp_bench.objects.catalog import Catalog, ObjectModel
 from grasp_bench.scenario.reading import load_scenario, parameters, scenario_names, with_value
 from grasp_bench.scenario.sections import Calibration, Scenario
+from grasp_bench.scenario.seeding import Streams
 from grasp_bench.scene.builder import compile_mjcf, compose
 from grasp_bench.scene.hulls import merged
 from grasp_bench.trials.workcell import Workcell, miscalibrated
@@ -176,12 +177,12 @@ def test_calibration_is_drawn_once_a_run_or_anew_each_trial(table4: Scenario) ->
     wrong = with_value(table4, "calibration.position_mm", 5)
     each, once = Workcell(wrong), Workcell(with_value(wrong, "calibration.drawn", "run"))
 
-    def place(cell: Workcell, *key: int | str) -> list[float]:
-        return cell.true_camera(*key).pose.position.tolist()  # type: ignore[arg-type]
+    def place(cell: Workcell, seed: int, name: str, attempt: int) -> list[float]:
+        return cell.true_camera(Streams(seed, name, attempt)).pose.position.tolist()
 
     assert place(each, 0, "egg", 0) == place(each, 0, "egg", 0) != place(each, 0, "egg", 1)
     assert place(once, 0, "egg", 0) == place(once, 0, "pear", 1) != place(once, 1, "egg", 0)
-    assert Workcell(table4).true_camera(0, "egg", 0).pose is Workcell(table4).camera.pose or place(
+    assert Workcell(table4).true_camera(Streams(0, "egg", 0)).pose is Workcell(table4).camera.pose or place(
         Workcell(table4), 0, "egg", 0
     ) == list(table4.camera.position)
 

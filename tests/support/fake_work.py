@@ -18,6 +18,7 @@ from grasp_bench.execution import worker
 from grasp_bench.execution.processes import Processes, WorkerPool
 from grasp_bench.execution.protocol import Answer
 from grasp_bench.runs.jobs import Job, Settings
+from grasp_bench.runs.record import Timings, TrialRecord
 
 
 def begin(settings: Settings) -> None:
@@ -62,16 +63,17 @@ def do(job: Job) -> Answer:
     time.sleep(float(os.environ.get("FAKE_WORK_SECONDS", "0")))
     return Answer(
         job,
-        {
-            "trial": job.trial,
-            "object": job.object,
-            "category": "box",
-            "outcome": "missed",
-            "success": False,
-            "pid": os.getpid(),
-            "threads": os.environ.get("OMP_NUM_THREADS"),
-        },
-        {"trial": job.trial},
+        TrialRecord.read(
+            {
+                "trial": job.trial,
+                "object": job.object,
+                "category": "box",
+                "outcome": "missed",
+                "pid": os.getpid(),
+                "threads": os.environ.get("OMP_NUM_THREADS"),
+            }
+        ),
+        Timings(trial=job.trial),
     )
 
 

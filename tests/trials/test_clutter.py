@@ -20,11 +20,12 @@ from grasp_bench.predictors.controls import Oracle
 from grasp_bench.report.clutter import attempts_in_words, in_words, summarise_clutter
 from grasp_bench.report.table4 import build_report
 from grasp_bench.report.text import as_markdown
+from grasp_bench.runs.jobs import Job
 from grasp_bench.scenario.reading import with_value
 from grasp_bench.scenario.sections import Clutter, Scenario
 from grasp_bench.scene.builder import compile_mjcf, compose_many, object_name
 from grasp_bench.scene.world import UnstableError, World
-from grasp_bench.trials import episode as clutter
+from grasp_bench.trials import placing
 from grasp_bench.trials.episode import run_episode
 from grasp_bench.trials.placing import Resting, lay_out
 from grasp_bench.trials.workcell import Workcell
@@ -38,8 +39,9 @@ def crowd(scenario: Scenario) -> Scenario:
 
 
 def episode(crowd: Scenario, folder: Path, predictor: Any, **more: int) -> dict[str, Any]:
-    asked: dict[str, Any] = {"trial": 4, "attempt": 0, "seed": 1} | more
-    return run_episode(Workcell(crowd), Catalog(folder), predictor, "bar", **asked).record
+    asked = {"trial": 4, "attempt": 0, "seed": 1} | more
+    job = Job(asked["trial"], "bar", asked["attempt"])
+    return run_episode(Workcell(crowd), Catalog(folder), predictor, job, asked["seed"]).to_json()
 
 
 class Nothing:
@@ -103,7 +105,7 @@ def test_objects_that_never_rest_make_an_episode_unstable(crowd: Scenario, toy_c
     hasty = with_value(crowd, "settling.timeout", 0.021)
     record = episode(hasty, toy_catalog, Oracle())
     assert record["outcome"] == "unstable"
-    assert f"in {clutter.LAYOUTS} layouts" in record["detail"]
+    assert f"in {placing.LAYOUTS} layouts" in record["detail"]
     assert (record["clutter"]["cleared"], record["clutter"]["attempts"]) == (0, [])
 
 
@@ -123,7 +125,7 @@ def test_objects_are_put_beside_each_other_where_there_is_room(
 ) -> None:
     wide = crowd.model_copy(update={"clutter": Clutter(workspace=(0.2, 0.2))})
     for seed in range(20):
-        placed = clutter._placed(list(models.values()), wide, np.random.default_rng(seed))
+        placed = placing._placed(list(models.values()), wide, np.random.default_rng(seed))
         prints = [outline(p) for p in placed]
         assert not any(a.intersects(b) for i, a in enumerate(prints) for b in prints[:i])
         for p in placed:
@@ -135,7 +137,7 @@ def test_objects_without_room_are_dropped_onto_the_others_and_come_to_rest(
 ) -> None:
     narrow = crowd.model_copy(update={"clutter": Clutter(workspace=(0.0, 0.0))})
     rng = np.random.default_rng(3)
-    placed = clutter._placed(list(models.values()), narrow, rng)
+    placed = placing._placed(list(models.values()), narrow, rng)
     heights = [p.position[2] for p in placed]
     assert heights == sorted(heights)
     assert heights[2] > heights[0] + 0.05
@@ -176,7 +178,7 @@ def test_runs_of_clutter_are_recorded_resumed_and_reported(
     again = api.run(toy_catalog, 2, Nothing(), crowd, out=out, progress=False)
     assert (first.summary.added, again.summary.added, again.summary.resumed) == (2, 0, 2)
     assert (out / "trials.jsonl").read_text() == lines
-    assert set(again.info["objects"]) == {"bar", "block", "pot"}
+    assert set(again.info.objects) == {"bar", "block", "pot"}
     report = build_report([out], tmp_path)
     assert [row for row in report["table4"] if row["source"] == "simulation"] == []
     assert report["runs"][0]["clutter"]["attempts"]["trials"] == 4

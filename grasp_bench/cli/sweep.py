@@ -43,7 +43,8 @@ def sweep_command(
     from rich.console import Console
 
     from grasp_bench.scenario.reading import load_scenario
-    from grasp_bench.studies.sweep import read_values, save, sweep
+    from grasp_bench.studies.sweep import read_values, sweep
+    from grasp_bench.studies.sweep_chart import save
 
     base = load_scenario(scenario)
     folder = out or Path("sweeps") / f"{base.name}-seed{seed}"

@@ -17,7 +17,7 @@ from typing import Any
 
 import yaml
 
-from grasp_bench.errors import ResultsError, ScenarioError
+from grasp_bench.errors import ScenarioError
 from grasp_bench.runs.folder import load_records
 from grasp_bench.runs.record import TrialRecord
 from grasp_bench.runs.statistics import mcnemar, wilson
@@ -237,23 +237,3 @@ def _point(
         p,
         folder,
     )
-
-
-def save(done: Sweep, out: Path) -> list[Path]:
-    """Write ``sweep-PARAMETER.json``, ``.csv``, ``.svg`` and ``.html``; their paths.
-
-    Raises:
-        ResultsError: when they cannot be written.
-    """
-    from grasp_bench.studies.sweep_chart import as_html, as_svg
-
-    texts = {"json": done.as_json(), "csv": done.as_csv(), "svg": as_svg(done), "html": as_html(done)}
-    paths = []
-    for suffix, text in texts.items():
-        path = out / f"sweep-{done.parameter}.{suffix}"
-        try:
-            path.write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise ResultsError(f"{path} cannot be written ({error.strerror}).") from error
-        paths.append(path)
-    return paths

@@ -7,10 +7,11 @@ even steps, and some are words.
 from __future__ import annotations
 
 from html import escape
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
-if TYPE_CHECKING:
-    from grasp_bench.studies.sweep import Point, Sweep
+from grasp_bench.errors import ResultsError
+from grasp_bench.studies.sweep import Point, Sweep
 
 COLORS = ("#0b6e99", "#d1495b", "#5b8c5a", "#edae49", "#6d597a", "#33658a")
 WIDTH, HEIGHT = 640, 360
@@ -111,3 +112,21 @@ def as_html(done: Sweep) -> str:
         template="plotly_white",
     )
     return figure.to_html(include_plotlyjs=True, full_html=True)
+
+
+def save(done: Sweep, out: Path) -> list[Path]:
+    """Write ``sweep-PARAMETER.json``, ``.csv``, ``.svg`` and ``.html``; their paths.
+
+    Raises:
+        ResultsError: when they cannot be written.
+    """
+    texts = {"json": done.as_json(), "csv": done.as_csv(), "svg": as_svg(done), "html": as_html(done)}
+    paths = []
+    for suffix, text in texts.items():
+        path = out / f"sweep-{done.parameter}.{suffix}"
+        try:
+            path.write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise ResultsError(f"{path} cannot be written ({error.strerror}).") from error
+        paths.append(path)
+    return paths

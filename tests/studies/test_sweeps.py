@@ -18,8 +18,8 @@ from grasp_bench.cli import app
 from grasp_bench.cli.sweep import as_table
 from grasp_bench.errors import ScenarioError, UnknownNameError
 from grasp_bench.scenario.sections import Scenario
-from grasp_bench.studies.sweep import Sweep, read_values, save, sweep, varied
-from grasp_bench.studies.sweep_chart import as_html, as_svg
+from grasp_bench.studies.sweep import Sweep, read_values, sweep, varied
+from grasp_bench.studies.sweep_chart import as_html, as_svg, save
 
 
 @pytest.mark.parametrize(

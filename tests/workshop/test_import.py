@@ -17,9 +17,10 @@ from grasp_bench.objects.catalog import Catalog
 from grasp_bench.workshop.build import write_manifest
 from grasp_bench.workshop.decompose import BOUNDS, MAX_HULLS, MAX_VERTICES
 from grasp_bench.workshop.importing import importer, solid
+from grasp_bench.workshop.importing.body import Options
 from grasp_bench.workshop.importing.convex import decompose_whole
 from grasp_bench.workshop.importing.folder import Folder, RefusedError, find_objects
-from grasp_bench.workshop.importing.importer import Job, Options, import_shape, spread_mass
+from grasp_bench.workshop.importing.importer import Job, import_shape, spread_mass
 from grasp_bench.workshop.importing.jobs import read_masses
 from grasp_bench.workshop.importing.measure import flood
 from grasp_bench.workshop.importing.paint import MAX_COLORS, bake

@@ -20,8 +20,9 @@ from PIL import Image
 from grasp_bench.errors import GraspBenchError, UnknownNameError
 from grasp_bench.workshop.importing import folder as folders
 from grasp_bench.workshop.importing import readers
+from grasp_bench.workshop.importing.body import Options
 from grasp_bench.workshop.importing.folder import Folder, RefusedError, check_image, clean_name, find_objects
-from grasp_bench.workshop.importing.importer import Job, Options, import_all, import_shape
+from grasp_bench.workshop.importing.importer import Job, import_all, import_shape
 from grasp_bench.workshop.importing.jobs import plan_jobs, read_masses
 from grasp_bench.workshop.importing.readers import read_mesh
 from grasp_bench.workshop.importing.robot_files import import_robot_file

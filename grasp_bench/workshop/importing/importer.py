@@ -18,12 +18,13 @@ from numpy.typing import NDArray
 
 from grasp_bench.objects.catalog import VisualPart
 from grasp_bench.workshop.build import rounded, write_hulls, write_visual
-from grasp_bench.workshop.decompose import DecompositionError
 from grasp_bench.workshop.importing import paint as painting
+from grasp_bench.workshop.importing.body import Body, Options
 from grasp_bench.workshop.importing.convex import decompose_whole
 from grasp_bench.workshop.importing.folder import ROBOT_SUFFIXES, Folder, RefusedError
 from grasp_bench.workshop.importing.readers import read_mesh
 from grasp_bench.workshop.importing.repair import mend
+from grasp_bench.workshop.importing.robot_files import import_robot_file
 from grasp_bench.workshop.importing.solid import solidify
 from grasp_bench.workshop.importing.units import UNITS, check_size, choose_unit
 from grasp_bench.workshop.shapes import Mesh, hull
@@ -36,61 +37,7 @@ MASSES = (0.001, 5.0)
 """What the arm can carry, gripper aside, and what contacts are stable with [kg]."""
 DENSITY = 500.0
 """Assumed where no mass is given [kg/m³]: between hollow plastic and wood."""
-FRICTION = 0.6
-"""Against the pads where none is given: that of plastic, ceramic and glass in the shipped objects."""
 FAMILY = "imported"
-
-
-@dataclass(frozen=True)
-class Options:
-    """How objects are imported.
-
-    Attributes:
-        units: ``m``, ``cm``, ``mm`` or ``auto``.
-        up: the file's upward axis: ``y``, ``z`` or ``auto`` (y for GLB, as glTF 2.0 has it; else z).
-        mass: kilograms, or None.
-        density: kg/m³, for objects without a mass, or None.
-        friction: against the finger pads.
-        inertia: ``solid`` or ``shell``, how the mass is spread.
-        holes: ``auto``, ``fill`` or ``keep``; see :func:`~grasp_bench.workshop.importing.repair.mend`.
-        category: of the objects; their name when None.
-        source: where size and mass come from, for the manifest.
-    """
-
-    units: str = "auto"
-    up: str = "auto"
-    mass: float | None = None
-    density: float | None = None
-    friction: float = FRICTION
-    inertia: str = "solid"
-    holes: str = "auto"
-    category: str | None = None
-    source: str = ""
-
-
-@dataclass
-class Body:
-    """An object before it is written; metres, z up.
-
-    Attributes:
-        visual: coloured parts.
-        solid: what they enclose.
-        hulls: convex pieces.
-        error: how far those stray.
-        notes: findings and repairs.
-        mass, centre, inertia: mass properties known from the file, about ``centre``; None if not.
-        facts: further entries of the object's record.
-    """
-
-    visual: list[VisualPart]
-    solid: Mesh
-    hulls: list[Mesh]
-    error: DecompositionError
-    notes: list[str]
-    mass: float | None = None
-    centre: Floats | None = None
-    inertia: Floats | None = None
-    facts: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -171,8 +118,6 @@ def import_shape(job: Job, out: Path) -> bool:
     if _up_to_date(done, options, folder):
         return False
     if job.path.suffix.lower() in ROBOT_SUFFIXES:
-        from grasp_bench.workshop.importing.robot_files import import_robot_file
-
         body = import_robot_file(folder, job.path.name, options)
     else:
         body = import_body(folder, job.path.name, options)

@@ -9,8 +9,9 @@ from typing import Any
 
 from grasp_bench.errors import GraspBenchError, UnknownNameError
 from grasp_bench.objects.catalog import MANIFEST
+from grasp_bench.workshop.importing.body import Options
 from grasp_bench.workshop.importing.folder import RefusedError, clean_name, find_objects, read_plain
-from grasp_bench.workshop.importing.importer import FAMILY, MASSES, Job, Options
+from grasp_bench.workshop.importing.importer import FAMILY, MASSES, Job
 from grasp_bench.workshop.importing.repair import HOLES
 from grasp_bench.workshop.importing.units import UNITS
 
@@ -27,7 +28,7 @@ def plan_jobs(
         out: where the objects go; must not be a folder of modelled objects.
         name: of a single object.
         masses: CSV file with columns ``name`` and ``mass_kg``.
-        settings: fields of :class:`~grasp_bench.workshop.importing.importer.Options`.
+        settings: fields of :class:`~grasp_bench.workshop.importing.body.Options`.
 
     Raises:
         GraspBenchError: for settings, files and folders that make no sense, with the remedy.

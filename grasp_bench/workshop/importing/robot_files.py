@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from grasp_bench.objects.catalog import VisualPart
 from grasp_bench.workshop.decompose import MAX_HULLS, compare, reduce_hull
 from grasp_bench.workshop.importing import paint as painting
+from grasp_bench.workshop.importing.body import Body, Options
 from grasp_bench.workshop.importing.convex import beyond, decompose_whole
 from grasp_bench.workshop.importing.folder import Folder, RefusedError
-from grasp_bench.workshop.importing.importer import Body, Options
 from grasp_bench.workshop.importing.repair import mend
 from grasp_bench.workshop.importing.robot_parts import MeshFiles, Piece, piece_of, textures_of
 from grasp_bench.workshop.importing.robot_xml import check_rigid, free_urdf, parse, strip

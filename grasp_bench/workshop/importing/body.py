@@ -1,0 +1,70 @@
+"""How objects are imported, and what one is before it is written."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grasp_bench.objects.catalog import VisualPart
+from grasp_bench.workshop.decompose import DecompositionError
+from grasp_bench.workshop.shapes import Mesh
+
+Floats = NDArray[np.float64]
+
+FRICTION = 0.6
+"""Against the pads where none is given: that of plastic, ceramic and glass in the shipped objects."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """How objects are imported.
+
+    Attributes:
+        units: ``m``, ``cm``, ``mm`` or ``auto``.
+        up: the file's upward axis: ``y``, ``z`` or ``auto`` (y for GLB, as glTF 2.0 has it; else z).
+        mass: kilograms, or None.
+        density: kg/m³, for objects without a mass, or None.
+        friction: against the finger pads.
+        inertia: ``solid`` or ``shell``, how the mass is spread.
+        holes: ``auto``, ``fill`` or ``keep``; see :func:`~grasp_bench.workshop.importing.repair.mend`.
+        category: of the objects; their name when None.
+        source: where size and mass come from, for the manifest.
+    """
+
+    units: str = "auto"
+    up: str = "auto"
+    mass: float | None = None
+    density: float | None = None
+    friction: float = FRICTION
+    inertia: str = "solid"
+    holes: str = "auto"
+    category: str | None = None
+    source: str = ""
+
+
+@dataclass
+class Body:
+    """An object before it is written; metres, z up.
+
+    Attributes:
+        visual: coloured parts.
+        solid: what they enclose.
+        hulls: convex pieces.
+        error: how far those stray.
+        notes: findings and repairs.
+        mass, centre, inertia: mass properties known from the file, about ``centre``; None if not.
+        facts: further entries of the object's record.
+    """
+
+    visual: list[VisualPart]
+    solid: Mesh
+    hulls: list[Mesh]
+    error: DecompositionError
+    notes: list[str]
+    mass: float | None = None
+    centre: Floats | None = None
+    inertia: Floats | None = None
+    facts: dict[str, Any] = field(default_factory=dict)

@@ -9,19 +9,18 @@ number of workers.
 from __future__ import annotations
 
 import argparse
-import json
 import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from grasp_bench.execution.processes import WorkerPool
 from grasp_bench.execution.protocol import Answer
-from grasp_bench.runs.folder import RunFolder, join
-from grasp_bench.runs.jobs import Job, Settings, Shard, spread
-from grasp_bench.runs.lines import dump
+from grasp_bench.runs.folder import RunFolder, join, write_run
+from grasp_bench.runs.info import RunInfo
+from grasp_bench.runs.jobs import WHOLE, Job, Settings, Shard, spread
 from grasp_bench.runs.merge import merge
+from grasp_bench.runs.record import Timings, TrialRecord
 from grasp_bench.scenario.reading import load_scenario
 
 OBJECTS = [f"object_{i:03}" for i in range(180)]
@@ -37,9 +36,9 @@ RUN = {
 }
 
 
-def record(job: Job) -> dict[str, Any]:
+def record(job: Job) -> TrialRecord:
     """A made-up record as long as a real one."""
-    return {
+    made = {
         "trial": job.trial,
         "object": job.object,
         "category": "thing",
@@ -59,6 +58,17 @@ def record(job: Job) -> dict[str, Any]:
         "contact_force": 59.427,
         "sim_steps": 3222,
     }
+    return TrialRecord.read(made)
+
+
+def info(trials: int, shard: Shard = WHOLE) -> RunInfo:
+    """What a made-up run says of itself."""
+    return RunInfo.read(RUN | {"trials": trials, "shard": None if shard == WHOLE else str(shard)})
+
+
+def timings(job: Job) -> Timings:
+    """Made-up timings."""
+    return Timings.read({"trial": job.trial, "plan": 0.1})
 
 
 class IdlePool(WorkerPool):
@@ -70,7 +80,7 @@ class IdlePool(WorkerPool):
 
     @staticmethod
     def _do(job: Job) -> Answer:
-        return Answer(job, record(job), {"trial": job.trial})
+        return Answer(job, record(job), Timings(trial=job.trial))
 
 
 def measure(name: str, trials: int, work: Callable[[], object]) -> None:
@@ -88,10 +98,10 @@ def measure(name: str, trials: int, work: Callable[[], object]) -> None:
 def write_part(folder: Path, trials: int, shard: Shard) -> None:
     """A finished shard, written at once."""
     folder.mkdir()
-    (folder / "run.json").write_text(json.dumps(RUN | {"trials": trials, "shard": str(shard)}))
+    write_run(folder / "run.json", info(trials, shard))
     with (folder / "trials.jsonl").open("w") as file:
         for job in spread(OBJECTS, trials, shard):
-            file.write(dump(record(job)) + "\n")
+            file.write(record(job).line() + "\n")
 
 
 def main() -> None:
@@ -104,12 +114,12 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         home = Path(name)
         with RunFolder(home / "live") as folder:
-            folder.start(RUN | {"trials": args.live})
+            folder.start(info(args.live))
             jobs = list(spread(OBJECTS, args.live))
             measure(
                 "append and sync to disk",
                 args.live,
-                lambda: [folder.append(record(j), {"trial": j.trial, "plan": 0.1}) for j in jobs],
+                lambda: [folder.append(record(j), timings(j)) for j in jobs],
             )
 
         def through_the_pool() -> None:
@@ -132,7 +142,7 @@ def main() -> None:
         target = home / "merged" / "trials.jsonl"
         measure("put in order at the end", args.trials, lambda: join([target], target))
         with RunFolder(home / "merged") as folder:
-            run = RUN | {"trials": args.trials}
+            run = info(args.trials)
             measure("read and check to resume", args.trials, lambda: folder.start(run))
 
 

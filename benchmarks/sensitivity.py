@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 from grasp_bench.objects.catalog import Catalog
-from grasp_bench.runs.folder import find_runs, load_trials
+from grasp_bench.runs.folder import find_runs, load_records
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.studies.sweep import Sweep, sweep
 from grasp_bench.studies.sweep_chart import as_svg, words
@@ -151,7 +151,7 @@ def main() -> None:
         text = f"{text.rstrip()}\n\n## Sensitivity\n\n<!-- sensitivity -->\n<!-- /sensitivity -->\n"
         page.write_text(text, encoding="utf-8")
     replace(page, "sensitivity", as_markdown(done))
-    trials = sum(len(load_trials(f)) for f in find_runs(arguments.folder))
+    trials = sum(len(load_records(f)) for f in find_runs(arguments.folder))
     print(f"\n{trials} trials; docs/physics.md, docs/sensitivity.csv and docs/images written.")
 
 

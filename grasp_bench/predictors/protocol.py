@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any, Protocol, runtime_checkable
 
@@ -35,7 +37,7 @@ class Predictor(Protocol):
       and where its corner lies in that image [px]: pictures of trials show its quality;
     - ``close()``, called when it is not needed any more.
 
-    The image is the predictor's own: what it writes into it, nobody else sees.
+    The image is the predictor's own copy, and it may write into it.
     """
 
     def predict(self, image: RgbdImage) -> list[Grasp]:
@@ -76,44 +78,79 @@ class PrivilegedPredictor(ABC):
         )
 
 
-def answer(
-    predictor: Predictor, image: RgbdImage, truth: GroundTruth, rng: np.random.Generator
+def begin(predictor: Predictor, rng: np.random.Generator) -> None:
+    """Give a predictor that asks for it the trial's random stream."""
+    start = getattr(predictor, "begin", None)
+    if start is not None:
+        start(rng)
+
+
+def ask(
+    predictor: Predictor, image: RgbdImage, rng: np.random.Generator, truth: GroundTruth | None = None
 ) -> list[Grasp]:
     """Ask a predictor, or a control that may see the truth, and check what it says.
 
-    Raises:
-        PredictorError: for an exception in the predictor, or an answer that is no list of
-            grasps inside the image.
-    """
-    return _ask(predictor, image, rng, truth)
-
-
-def ask(predictor: Predictor, image: RgbdImage, rng: np.random.Generator) -> list[Grasp]:
-    """Ask a predictor that sees the image alone, and check what it says.
+    Args:
+        predictor: to ask; it gets a copy of the image.
+        image: what the camera sees.
+        rng: the trial's random stream.
+        truth: what controls are told; None where there is no simulator.
 
     Raises:
-        PredictorError: as :func:`answer`, and for a control that needs the truth.
+        PredictorError: for an exception in the predictor, an answer that is no list of grasps inside the
+            image, or a control that needs the truth where there is none.
     """
-    return _ask(predictor, image, rng, None)
-
-
-def _ask(
-    predictor: Predictor, image: RgbdImage, rng: np.random.Generator, truth: GroundTruth | None
-) -> list[Grasp]:
-    begin = getattr(predictor, "begin", None)
-    own = replace(image, rgb=image.rgb.copy(), depth=image.depth.copy())  # the planner needs the original
-    try:
-        if begin is not None:
-            begin(rng)
+    with _guarded():
+        begin(predictor, rng)
         if truth is not None and isinstance(predictor, PrivilegedPredictor):
-            grasps = predictor.predict_from_truth(own, truth)
+            grasps = predictor.predict_from_truth(_copied(image), truth)
         else:
-            grasps = predictor.predict(own)
+            grasps = predictor.predict(_copied(image))
+    return checked(grasps, image.intrinsics)
+
+
+def ask_of_many(
+    predictor: Predictor, image: RgbdImage, rng: np.random.Generator, truths: Sequence[GroundTruth]
+) -> list[Grasp]:
+    """Ask about a table with several objects, and check what is said.
+
+    A control that sees the truth is asked about every object. Its grasps outside of the image are dropped,
+    the others ranked round by round: the best of each object first, higher objects before lower ones.
+
+    Args:
+        predictor, image, rng: as of :func:`ask`.
+        truths: of each object.
+
+    Raises:
+        PredictorError: as of :func:`ask`.
+    """
+    if not isinstance(predictor, PrivilegedPredictor):
+        return ask(predictor, image, rng)
+    size = image.intrinsics
+    found: list[tuple[int, float, Grasp]] = []
+    with _guarded():
+        begin(predictor, rng)
+        for truth in truths:
+            grasps = predictor.predict_from_truth(_copied(image), truth)
+            inside = [g for g in grasps if 0 <= g.x <= size.width and 0 <= g.y <= size.height]
+            found += [(turn, -float(truth.position[2]), g) for turn, g in enumerate(inside)]
+    return checked([g for *_, g in sorted(found, key=lambda f: f[:2])], size)
+
+
+def _copied(image: RgbdImage) -> RgbdImage:
+    """The predictor's own image; the planner needs the original."""
+    return replace(image, rgb=image.rgb.copy(), depth=image.depth.copy())
+
+
+@contextmanager
+def _guarded() -> Iterator[None]:
+    """Turn anything that a predictor may raise into a PredictorError."""
+    try:
+        yield
     except PredictorError:
         raise
-    except (Exception, SystemExit) as error:  # anything a foreign predictor may throw
+    except (Exception, SystemExit) as error:
         raise PredictorError(f"the predictor raised {type(error).__name__}: {str(error)[:1000]}") from error
-    return checked(grasps, image.intrinsics)
 
 
 def checked(grasps: Any, intrinsics: Intrinsics) -> list[Grasp]:

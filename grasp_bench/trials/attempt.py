@@ -22,7 +22,7 @@ from grasp_bench.grasps import Grasp, GraspPose
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.planning.choice import choose_grasp
 from grasp_bench.planning.planner import Plan, Planner, SeenScene
-from grasp_bench.predictors.protocol import GroundTruth, Predictor, answer
+from grasp_bench.predictors.protocol import GroundTruth, Predictor, ask
 from grasp_bench.robot.ec66 import FINGER_STROKE
 from grasp_bench.robot.shake import AXES
 from grasp_bench.robot.trajectory import Trajectory
@@ -241,9 +241,7 @@ def run_trial(
         result.image = image
         with clock.phase("predict"):
             truth = GroundTruth(model, *world.object_pose, camera.pose, camera.intrinsics)
-            result.grasps = answer(
-                predictor, image, truth, stream(seed, model.name, attempt, Purpose.PREDICTOR)
-            )
+            result.grasps = ask(predictor, image, stream(seed, model.name, attempt, Purpose.PREDICTOR), truth)
         if not result.grasps:
             return finish(Outcome.NO_GRASP, "the predictor proposed no grasp")
         with clock.phase("plan"):

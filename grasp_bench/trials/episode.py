@@ -26,7 +26,7 @@ from grasp_bench.grasps import Grasp
 from grasp_bench.objects.catalog import Catalog, ObjectModel
 from grasp_bench.planning.choice import choose_grasp
 from grasp_bench.planning.planner import SeenScene
-from grasp_bench.predictors.protocol import GroundTruth, Predictor, PrivilegedPredictor, answer, checked
+from grasp_bench.predictors.protocol import GroundTruth, Predictor, PrivilegedPredictor, ask, checked
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scenario.seeding import Purpose, stream
@@ -293,14 +293,14 @@ def propose(
     of each object first, higher objects before lower ones.
 
     Raises:
-        PredictorError: as :func:`grasp_bench.predictors.protocol.answer`.
+        PredictorError: as :func:`grasp_bench.predictors.protocol.ask`.
     """
     truths = []
     for i, resting in enumerate(left):
         world.aim(i)
         truths.append(GroundTruth(resting.model, *world.object_pose, camera.pose, camera.intrinsics))
     if not isinstance(predictor, PrivilegedPredictor):
-        return answer(predictor, image, truths[0], rng)
+        return ask(predictor, image, rng, truths[0])
     begin = getattr(predictor, "begin", None)
     if begin is not None:
         begin(rng)

@@ -15,11 +15,10 @@ from typing import TYPE_CHECKING, Any
 from grasp_bench.errors import GraspBenchError, ResultsError
 from grasp_bench.execution.executors import Executor, Fault, Here, make_executor
 from grasp_bench.objects.catalog import Catalog
-from grasp_bench.predictors import BUILT_IN
 from grasp_bench.predictors.identity import identify
+from grasp_bench.predictors.names import parse
 from grasp_bench.runs.folder import FORMAT, RunFolder
 from grasp_bench.runs.jobs import WHOLE, Job, Jobs, Settings, Shard, spread
-from grasp_bench.system.integrity import sha256
 from grasp_bench.system.machine import cpu_name
 
 if TYPE_CHECKING:
@@ -69,10 +68,7 @@ def describe(
     settings: Settings, jobs: Jobs, catalog: Catalog, implementation: dict[str, Any] | None = None
 ) -> dict[str, Any]:
     """The content of ``run.json``; ``implementation`` is what :func:`identify` says of the predictor."""
-    entry = BUILT_IN.get(settings.predictor)
-    weights = None
-    if entry is not None and (path := entry.file) is not None:
-        weights = {path.name: sha256(path) if path.is_file() else None}
+    weights = parse(settings.predictor).weights
     shard = {} if jobs.shard == WHOLE else {"shard": str(jobs.shard)}
     return {
         "format": FORMAT,
@@ -84,7 +80,7 @@ def describe(
         "trials": jobs.total,
         **shard,
         "objects": {n: catalog.entries[n]["files"] for n in objects_of(settings, jobs, catalog)},
-        "weights": weights,
+        "weights": None if weights is None else {weights.name: weights.digest},
         "versions": {name: version(name) for name in PINNED},
         "renderer": settings.renderer,
         "python": platform.python_version(),

@@ -28,10 +28,10 @@ from rich.progress import Progress
 from rich.table import Table
 
 from grasp_bench.errors import GraspBenchError
-from grasp_bench.networks import NETWORKS, build, info, parameter_count
+from grasp_bench.networks.registry import NETWORKS, build, info, parameter_count, standing_for
 from grasp_bench.report.paper import TABLE_1
 
-PRINTED = {row.network: row.milliseconds for row in TABLE_1 if row.network and row.milliseconds}
+PRINTED = {n: row.milliseconds for row in TABLE_1 if row.milliseconds for n in standing_for(1, row.method)}
 """Milliseconds in the HTC-Grasp paper's Table 1."""
 REFERENCES = {name: PRINTED[name] / PRINTED["htc-grasp"] for name in ("gr-convnet", "tf-grasp")}
 """Networks compared with, and how many times faster than each the paper's HTC-Grasp is (its Table 1)."""

@@ -13,7 +13,8 @@ import pytest
 from grasp_bench.camera import Intrinsics, RgbdImage
 from grasp_bench.doctor.conformance import check, plain_samples
 from grasp_bench.grasps import angle_difference
-from grasp_bench.predictors import installed, load_predictor
+from grasp_bench.predictors import load_predictor
+from grasp_bench.predictors.names import installed
 from grasp_bench.predictors.protocol import checked
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

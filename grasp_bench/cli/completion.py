@@ -13,9 +13,9 @@ def _starting(incomplete: str, names: Iterable[str]) -> list[str]:
 
 def predictors(incomplete: str) -> list[str]:
     """Shipped predictors that start so."""
-    from grasp_bench.predictors import BUILT_IN
+    from grasp_bench.predictors.shipped import SHIPPED
 
-    return _starting(incomplete, BUILT_IN)
+    return _starting(incomplete, SHIPPED)
 
 
 def scenarios(incomplete: str) -> list[str]:

@@ -120,13 +120,13 @@ def _training(
     from grasp_bench.errors import GraspBenchError
     from grasp_bench.learning.evaluation.evaluate import Training
     from grasp_bench.learning.training.config import TrainConfig
-    from grasp_bench.networks import info
-    from grasp_bench.system.integrity import weights_path
+    from grasp_bench.networks.registry import info
+    from grasp_bench.networks.store import shipped_file
 
     info(predictor)  # only networks can be trained; the error lists them
     if weights is not None:
         raise GraspBenchError("--weights is evaluated as it is; with --train-steps, give it as --init.")
-    begin = {"shipped": weights_path(predictor), "none": None}.get(init, Path(init))
+    begin = {"shipped": shipped_file(predictor).path, "none": None}.get(init, Path(init))
     config = TrainConfig(
         network=predictor,
         steps=steps,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -26,19 +26,25 @@ def list_predictors(context: typer.Context, as_json: AsJson = False) -> None:
     """List the shipped predictors and controls, and those of installed packages."""
     if context.invoked_subcommand is not None:
         return
-    from grasp_bench.predictors import BUILT_IN, installed
+    from grasp_bench.predictors.names import installed
+    from grasp_bench.predictors.shipped import SHIPPED
 
-    rows = [
-        (n, e.kind, e.summary + ("" if e.available else "; weights not installed"))
-        for n, e in BUILT_IN.items()
-    ]
-    for name, points in installed().items():
-        for point in points:
-            home = f"{point.dist.name} {point.dist.version}" if point.dist else "an installed package"
-            hidden = f"; hidden by the shipped {name}, use {point.value}" if name in BUILT_IN else ""
-            rows.append((name, "package", f"{point.value} of {home}{hidden}"))
+    rows: list[dict[str, Any]] = []
+
+    def add(name: str, kind: str, summary: str) -> None:
+        rows.append({"name": name, "kind": kind, "summary": summary})
+
+    for name, shipped in SHIPPED.items():
+        add(name, shipped.kind, shipped.summary + ("" if shipped.available else "; weights not installed"))
+    for name, offers in installed().items():
+        for offer in offers:
+            hidden = f"; hidden by the shipped {name}, use {offer.path}" if name in SHIPPED else ""
+            home = offer.package or "an installed package"
+            add(name, offer.kind, f"{offer.path} of {home}{hidden}")
     if as_json:
-        typer.echo(json.dumps([{"name": n, "kind": k, "summary": s} for n, k, s in rows]))
+        for row, shipped in zip(rows, SHIPPED.values(), strict=False):  # those of packages come after
+            row |= shipped.details()
+        typer.echo(json.dumps(rows))
         return
     from rich.console import Console
     from rich.markup import escape
@@ -46,7 +52,7 @@ def list_predictors(context: typer.Context, as_json: AsJson = False) -> None:
 
     table = Table("Name", "Kind", "What it does", header_style="bold")
     for row in rows:
-        table.add_row(*map(escape, row))
+        table.add_row(*map(escape, row.values()))
     console = Console()
     console.print(table)
     console.print(
@@ -66,15 +72,10 @@ def check_predictor(name: Name, as_json: AsJson = False) -> None:
     """
     without_gl()
     from grasp_bench.doctor.conformance import check, samples
-    from grasp_bench.predictors import load_predictor
+    from grasp_bench.predictors.use import in_use
 
-    predictor = load_predictor(name)
-    try:
+    with in_use(name) as predictor:
         rows = check(predictor, samples())
-    finally:
-        close = getattr(predictor, "close", None)
-        if callable(close):
-            close()
     failed = sum(row.failed for row in rows)
     if as_json:
         typer.echo(

@@ -107,8 +107,8 @@ def train_command(
     from grasp_bench.learning.data.folds import parse_holdout
     from grasp_bench.learning.training.config import TrainConfig
     from grasp_bench.learning.training.sources import Source, gather
-    from grasp_bench.networks import info
-    from grasp_bench.networks import input_kind as checked_input
+    from grasp_bench.networks.registry import info
+    from grasp_bench.networks.registry import input_kind as checked_input
 
     console = Console()
     crop = info(predictor).crop
@@ -150,13 +150,12 @@ def train_command(
 
 def _initial(predictor: str, init: str | None) -> tuple[Path | None, str | None]:
     """File that ``--init`` names, and what the run's settings say of it."""
-    from grasp_bench.networks.weights import described
-    from grasp_bench.system.integrity import weights_path
+    from grasp_bench.networks.store import WeightsFile, shipped_file
 
     if init is None:
         return None, None
-    path = weights_path(predictor) if init == "shipped" else Path(init)
-    return path, described(path)
+    file = shipped_file(predictor) if init == "shipped" else WeightsFile(Path(init))
+    return file.path, file.described()
 
 
 def _train_with_progress(
@@ -191,18 +190,19 @@ def _train_with_progress(
 def _store(
     trained: Trained, config: TrainConfig, scenes: SceneSet, data: list[Source], out: Path, export: bool
 ) -> Path:
-    """Weights and card into ``out``; with ``export`` into the assets too, listed in the manifest."""
+    """Write weights and card into ``out``; with ``export`` into the assets too, listed in the manifest."""
     from grasp_bench.learning.training.card import model_card, provenance
     from grasp_bench.learning.training.log import training_seconds
+    from grasp_bench.networks.store import shipped_file
     from grasp_bench.networks.weights import save
-    from grasp_bench.system.integrity import add_to_manifest, weights_path
 
     seconds = training_seconds(out / "log.jsonl", config.batch)
     facts = provenance(trained, config, scenes, data) | ({"seconds": round(seconds)} if seconds else {})
-    places = [out / f"{config.network}.safetensors", *([weights_path(config.network)] if export else [])]
+    installed = shipped_file(config.network)
+    places = [out / installed.name, *([installed.path] if export else [])]
     for path in places:
         save(trained.network, path, facts)
         path.with_suffix(".md").write_text(model_card(facts), encoding="utf-8")
     if export:
-        add_to_manifest(places[-1])
+        installed.enter_in_manifest()
     return places[-1]

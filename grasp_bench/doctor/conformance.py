@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from grasp_bench.camera import Intrinsics, RgbdImage
 from grasp_bench.errors import PredictorError
 from grasp_bench.grasps import Grasp, angle_difference, wrap_angle
-from grasp_bench.predictors.protocol import Predictor, PrivilegedPredictor, checked
+from grasp_bench.predictors.protocol import Predictor, PrivilegedPredictor, begin, checked
 
 Mask = NDArray[np.bool_]
 
@@ -159,9 +159,7 @@ def _check(predictor: Predictor, sample: Sample, clock: Callable[[], float]) -> 
         own = replace(image, rgb=image.rgb.copy(), depth=image.depth.copy())
         start = clock()
         try:
-            begin = getattr(predictor, "begin", None)
-            if begin is not None:
-                begin(np.random.default_rng(11))
+            begin(predictor, np.random.default_rng(11))
             answers.append(predictor.predict(own))
         except PredictorError as error:
             fail(str(error))

@@ -143,20 +143,20 @@ def _objects() -> Check:
 
 
 def _weights() -> Check:
-    from grasp_bench.predictors import BUILT_IN
-    from grasp_bench.system.integrity import check_manifest, sha256
+    from grasp_bench.networks.registry import all_weights
+    from grasp_bench.networks.store import shipped_file
 
-    needed = sorted({e.file for e in BUILT_IN.values() if e.file})
-    missing = [path.name for path in needed if not path.is_file()]
+    needed = sorted(map(shipped_file, all_weights()), key=lambda file: file.path)
+    missing = [file.name for file in needed if not file.present]
     altered = []
-    for path in needed:
+    for file in needed:
         try:
-            check_manifest(path)
+            file.intact()
         except AssetError as error:
             altered.append(str(error))
     if altered:
         return Check("Weights", State.BAD, " ".join(altered))
     if missing:
         return Check("Weights", State.NOTE, f"not there: {', '.join(missing)}")
-    digests = ", ".join(f"{path.name} {sha256(path)[:9]}…" for path in needed)
+    digests = ", ".join(f"{file.name} {str(file.digest)[:9]}…" for file in needed)
     return Check("Weights", State.OK, digests)

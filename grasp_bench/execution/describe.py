@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from grasp_bench.objects.catalog import Catalog
-from grasp_bench.predictors import BUILT_IN
+from grasp_bench.predictors.names import parse
 from grasp_bench.runs.info import RunInfo
 from grasp_bench.runs.jobs import WHOLE, Jobs, Settings
-from grasp_bench.system.integrity import sha256
 from grasp_bench.system.machine import cpu_name
 
 PINNED = (
@@ -41,10 +40,7 @@ def describe(
     settings: Settings, jobs: Jobs, catalog: Catalog, implementation: dict[str, Any] | None = None
 ) -> RunInfo:
     """The content of ``run.json``; ``implementation`` is what :func:`identify` says of the predictor."""
-    entry = BUILT_IN.get(settings.predictor)
-    weights = None
-    if entry is not None and (path := entry.file) is not None:
-        weights = {path.name: sha256(path) if path.is_file() else None}
+    weights = parse(settings.predictor).weights
     return RunInfo(
         command=("grasp-bench", *sys.argv[1:]),
         predictor=settings.predictor,
@@ -54,7 +50,7 @@ def describe(
         trials=jobs.total,
         shard=None if jobs.shard == WHOLE else str(jobs.shard),
         objects={n: catalog.entries[n]["files"] for n in objects_of(settings, jobs, catalog)},
-        weights=weights,
+        weights=None if weights is None else {weights.name: weights.digest},
         versions={name: version(name) for name in PINNED},
         renderer=settings.renderer,
         python=platform.python_version(),

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.grasps import GraspMaps
+from grasp_bench.networks.spec import Kind
 
 if TYPE_CHECKING:
     import torch
-
-Kind = Literal["rgbd", "rgb", "depth"]
-
-CHANNELS: dict[str, int] = {"depth": 1, "rgb": 3, "rgbd": 4}
-"""Input channels of each kind; 'rgbd' has depth first, as GR-ConvNet does."""
 
 WIDTH_SCALE = 150.0
 """Networks give widths in units of this many pixels (GG-CNN's convention)."""

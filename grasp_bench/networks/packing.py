@@ -1,4 +1,4 @@
-"""Large matrices in eight bits, for weights whose file would else be too large to travel with the package.
+"""Large matrices in eight bits, for weights whose file would otherwise be too large to ship.
 
 Each row of a matrix (output channel of a convolution) is stored as int8 multiples of its own scale, the
 largest magnitude over 127: symmetric quantisation by channel, as is usual for weights. In use they are

@@ -1,4 +1,4 @@
-"""Weights on disk: safetensors with a JSON header of where they come from. Nothing unpickles.
+"""Tensors on disk: safetensors with a JSON header of where they come from. Nothing unpickles.
 
 Parameters are stored in float16, running statistics as they are; both are float32 in use. Where that would
 make a file larger than :data:`LARGEST`, matrices are stored in eight bits.
@@ -11,29 +11,21 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from safetensors import SafetensorError, safe_open
 from safetensors.torch import save as to_bytes
 from torch import nn
 
 from grasp_bench.errors import AssetError
-from grasp_bench.networks import build, info
 from grasp_bench.networks.packing import packed, unpacked
-from grasp_bench.system.integrity import check_manifest, missing_weights, sha256, weights_path, write_whole
+from grasp_bench.networks.registry import build, info
+from grasp_bench.networks.store import FACTS, WeightsFile, shipped_file, stored_input
+from grasp_bench.system.integrity import write_whole
 
-_KEY = "grasp_bench"
 LARGEST = 12_000_000
 """Bytes that a weight file may have."""
 
 
-def described(path: Path) -> str:
-    """Name and first digits of the SHA-256 of weights; AssetError when they are missing."""
-    if not path.is_file():
-        raise missing_weights(path)
-    return f"{path.name} {sha256(path)[:16]}"
-
-
 def save(network: nn.Module, path: Path, metadata: dict[str, Any]) -> None:
-    """Writes weights at once or not at all.
+    """Write weights at once or not at all.
 
     Args:
         network: to store.
@@ -49,19 +41,8 @@ def save(network: nn.Module, path: Path, metadata: dict[str, Any]) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     if sum(t.nbytes for t in tensors.values()) > LARGEST:
         tensors = packed(tensors)
-    header = {_KEY: json.dumps(metadata, sort_keys=True, ensure_ascii=False)}
+    header = {FACTS: json.dumps(metadata, sort_keys=True, ensure_ascii=False)}
     write_whole(path, to_bytes(tensors, header))
-
-
-def read_metadata(path: Path) -> dict[str, Any]:
-    """The facts stored with the weights."""
-    _, metadata = _read(path)
-    return metadata
-
-
-def stored_input(metadata: dict[str, Any]) -> str | None:
-    """'rgbd', 'rgb' or 'depth' as the weights' metadata say; None where they do not."""
-    return str(metadata["input"]).split()[0] if metadata.get("input") else None
 
 
 def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]]:
@@ -75,9 +56,11 @@ def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]
         AssetError: the file is missing, truncated, altered or of another network.
     """
     info(name)  # a wrong name is told before a missing file
-    path = weights_path(name) if path is None else Path(path)
-    check_manifest(path)
-    tensors, metadata = _read(path)
+    file = shipped_file(name) if path is None else WeightsFile(Path(path))
+    file.intact()
+    with file.opened("pt") as (stored, metadata):
+        tensors = {key: stored.get_tensor(key) for key in stored.keys()}  # noqa: SIM118
+    path = file.path
     stored_for = metadata.get("network", name)
     if stored_for != name:
         raise AssetError(
@@ -110,18 +93,3 @@ def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]
 
 def _kind(tensor: torch.Tensor) -> str:
     return str(tensor.dtype).removeprefix("torch.")
-
-
-def _read(path: Path) -> tuple[dict[str, torch.Tensor], dict[str, Any]]:
-    if not path.is_file():
-        raise missing_weights(path)
-    try:
-        with safe_open(path, framework="pt") as file:
-            metadata = json.loads((file.metadata() or {}).get(_KEY, "{}"))
-            if not isinstance(metadata, dict):
-                raise ValueError(f"its metadata {_KEY!r} is no JSON object")
-            return {key: file.get_tensor(key) for key in file.keys()}, metadata  # noqa: SIM118
-    except (SafetensorError, OSError, ValueError, RecursionError) as error:
-        raise AssetError(
-            f"{path} is truncated or not a safetensors file ({error}); fetch or train it again."
-        ) from error

@@ -1,8 +1,8 @@
 """A predictor behind a command that the harness starts, one process a worker.
 
 Each worker has its own, so that a crash or a hang costs one trial, as it does within a worker: a
-server that died or gave no answer in time is started again for the next trial. Who wants one
-server for all workers starts it and gives its address.
+server that died or gave no answer in time is started again for the next trial. To share one server
+between all workers, start it yourself and give its address.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class CommandPredictor:
         self._start()
 
     def begin(self, rng: np.random.Generator) -> None:
-        """Take the trial's random stream, and see to it that the server runs."""
+        """Take the trial's random stream, and start the server if it does not run."""
         if self._process is None or self._process.poll() is not None:
             self.close()
             self._start()
@@ -107,7 +107,7 @@ class CommandPredictor:
     def _start(self) -> None:
         port, self._reserved = _reserve_port()
         self._log: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115
-        fcntl.fcntl(self._log.fileno(), fcntl.F_SETFL, os.O_APPEND)  # so that it may be cut while written to
+        fcntl.fcntl(self._log.fileno(), fcntl.F_SETFL, os.O_APPEND)  # so that it can be cut while in use
         words = [word.replace(PLACE, str(port)) for word in self._words]
         # -I -S: neither the environment nor site packages matter to the guardian.
         self._process = subprocess.Popen(

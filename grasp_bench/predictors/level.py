@@ -1,7 +1,7 @@
 """Pictures of a tilted camera as one that looks straight down would have taken them.
 
-Networks and heuristics of this benchmark know tables seen face on. What they need to see one so is in the
-depth image itself: the plane that most of it shows. A camera that is turned about its optical centre sees
+The networks and heuristics of this benchmark expect a table seen face on. The depth image itself tells how to
+turn a picture so: by the plane that most of it shows. A camera that is turned about its optical centre sees
 the same rays, so its picture follows exactly, but for what was hidden from there, too.
 """
 

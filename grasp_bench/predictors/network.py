@@ -15,7 +15,7 @@ from grasp_bench.predictors.level import level_view
 if TYPE_CHECKING:
     import torch
 
-    from grasp_bench.networks.encoding import Kind
+    from grasp_bench.networks.spec import Kind
 
 
 class NetworkPredictor:
@@ -43,8 +43,9 @@ class NetworkPredictor:
     ) -> None:
         import torch
 
-        from grasp_bench.networks import info, input_kind
-        from grasp_bench.networks.weights import load, stored_input
+        from grasp_bench.networks.registry import info, input_kind
+        from grasp_bench.networks.store import stored_input
+        from grasp_bench.networks.weights import load
 
         self.name, self.peaks, self.level = name, peaks, level
         self.crop_origin = (0, 0)
@@ -88,7 +89,7 @@ class NetworkPredictor:
     def _forward(self, x: np.ndarray) -> torch.Tensor:
         import torch
 
-        # One thread: trials run in parallel processes, and timings shall not depend on cores.
+        # One thread: trials run in parallel processes, and timings must not depend on the number of cores.
         threads = torch.get_num_threads()
         if self._device.type == "cpu" and threads != 1:
             torch.set_num_threads(1)

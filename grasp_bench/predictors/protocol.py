@@ -36,7 +36,7 @@ class Predictor(Protocol):
       and where its corner lies in that image [px]: pictures of trials show its quality;
     - ``close()``, called when it is not needed any more.
 
-    The image is the predictor's own: what it writes into it, nobody else sees.
+    The image is the predictor's own copy, and it may write into it.
     """
 
     def predict(self, image: RgbdImage) -> list[Grasp]:
@@ -77,35 +77,41 @@ class PrivilegedPredictor(ABC):
         )
 
 
+def begin(predictor: Predictor, rng: np.random.Generator) -> None:
+    """Give a predictor that asks for it the trial's random stream."""
+    start = getattr(predictor, "begin", None)
+    if start is not None:
+        start(rng)
+
+
 def ask(
     predictor: Predictor, image: RgbdImage, rng: np.random.Generator, truths: Sequence[GroundTruth] = ()
 ) -> list[Grasp]:
     """Ask a predictor, and check what it says.
 
-    A control that may see the truth is asked about every object; its grasps inside the image are ranked round
-    by round, the best of each object first, higher objects before lower ones.
+    A control that may see the truth is asked about every object. Its grasps outside of the image are dropped,
+    the others ranked round by round: the best of each object first, higher objects before lower ones.
 
     Args:
-        predictor: whom to ask.
-        image: what it sees; it gets a copy of its own.
-        rng: the trial's stream for predictors.
-        truths: of the objects in view, for controls.
+        predictor: to ask; it gets a copy of the image.
+        image: what the camera sees.
+        rng: the trial's random stream.
+        truths: what controls are told of each object; empty where there is no simulator.
 
     Raises:
         PredictorError: for an exception in the predictor, an answer that is no list of grasps inside the
-            image, or a control that is not told the truth.
+            image, or a control that needs the truth where there is none.
     """
     own = replace(image, rgb=image.rgb.copy(), depth=image.depth.copy())  # the planner needs the original
     try:
-        if begin := getattr(predictor, "begin", None):
-            begin(rng)
+        begin(predictor, rng)
         if truths and isinstance(predictor, PrivilegedPredictor):
             grasps = _in_turn(predictor, own, truths)
         else:
             grasps = predictor.predict(own)
     except PredictorError:
         raise
-    except (Exception, SystemExit) as error:  # anything a foreign predictor may throw
+    except (Exception, SystemExit) as error:  # anything a foreign predictor may raise
         raise PredictorError(f"the predictor raised {type(error).__name__}: {str(error)[:1000]}") from error
     return checked(grasps, image.intrinsics)
 

@@ -1,7 +1,7 @@
 """A predictor behind an address: the client of :mod:`grasp_bench.predictors.wire`.
 
-What the other side says is believed in nothing: every exchange has a deadline and a size limit,
-redirects and compressed answers are refused, and whatever is wrong becomes a
+Nothing that the other side says is trusted: every exchange has a deadline and a size limit,
+redirects and compressed answers are refused, and any fault becomes a
 :class:`~grasp_bench.errors.PredictorError` that ends one trial.
 """
 
@@ -44,7 +44,7 @@ class RemotePredictor:
         seconds: time for one image.
 
     Raises:
-        PredictorError: for an address that is none. Whether a server answers there is seen when
+        PredictorError: for an address that is not valid. Whether a server answers there is seen when
             :meth:`info` or :meth:`predict` is called.
     """
 
@@ -107,7 +107,7 @@ class RemotePredictor:
         return content
 
     def close(self) -> None:
-        """Let go of the connection."""
+        """Close the connection."""
         _in_background(self._client.aclose())
 
     def _ask(self, method: str, path: str, content: bytes, seconds: float, limit: int) -> tuple[int, bytes]:

@@ -16,12 +16,13 @@ from starlette.routing import Route
 
 from grasp_bench.camera import RgbdImage
 from grasp_bench.errors import GraspBenchError, PredictorError
-from grasp_bench.predictors import load_predictor, wire
+from grasp_bench.predictors import wire
 from grasp_bench.predictors.identity import describe
+from grasp_bench.predictors.names import load_predictor
 from grasp_bench.predictors.protocol import Predictor, PrivilegedPredictor, ask
 
 BODY_SECONDS = 30.0
-"""How long a client may take to send its request."""
+"""How long a client may take to send its request [s]."""
 BODIES = 4
 """Requests held in memory at once; others wait."""
 

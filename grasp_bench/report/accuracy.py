@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from grasp_bench.networks.registry import standing_for
 from grasp_bench.report.paper import TABLE_3, TABLES
 from grasp_bench.runs.statistics import wilson
 
@@ -227,7 +228,7 @@ def ablation_table(results: Sequence[dict[str, Any]]) -> TextTable:
         for dataset, printed in (("cornell", row.cornell), ("jacquard", row.jacquard)):
             found = [
                 r
-                for name in row.predictors
+                for name in standing_for(3, row.method)
                 for r in results
                 if r["predictor"] == name and r["dataset"] == dataset
             ]

@@ -14,7 +14,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from grasp_bench.errors import ResultsError, ScenarioError
-from grasp_bench.predictors import BUILT_IN
+from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.runs.folder import TRIALS, load_run, read_lines
 from grasp_bench.runs.statistics import wilson
 from grasp_bench.scenario.outcomes import HARNESS_FAULTS, Outcome
@@ -26,10 +26,10 @@ SEED = 0
 
 
 class About(BaseModel):
-    """Who made the predictor and what it learnt from: ``about.yaml`` beside the run.
+    """Who made the predictor and what it was trained on: ``about.yaml`` beside the run.
 
     Attributes:
-        name: as it shall stand in the table.
+        name: as it appears in the table.
         authors: of the predictor.
         trained_on: data sets, and how much of them; ``nothing`` for a method that learns nothing.
         link: paper, code or model card.
@@ -85,11 +85,10 @@ def read_about(folder: Path, run: dict[str, Any]) -> About:
         ResultsError: when it is missing for any other predictor, or not as it must be.
     """
     path = folder / ABOUT
-    entry = BUILT_IN.get(run["predictor"])
     if not path.is_file():
-        if entry is None:
+        if (shipped := SHIPPED.get(run["predictor"])) is None:
             raise ResultsError(f"{path} is missing: say name, authors, trained_on and, if there is one, link")
-        trained = "nothing" if entry.weights is None else f"see assets/weights/{entry.weights}.md"
+        trained = "nothing" if shipped.weights is None else f"see {shipped.weights.card}"
         return About(name=run["predictor"], authors="grasp-bench", trained_on=trained)
     try:
         return About.model_validate(yaml.safe_load(path.read_text(encoding="utf-8")))
@@ -131,10 +130,10 @@ def load_row(folder: Path) -> Row:
     run = load_run(folder)
     records, _ = read_lines(folder / TRIALS)
     won = sum(r["success"] for r in records)
-    entry = BUILT_IN.get(run["predictor"])
+    shipped = SHIPPED.get(run["predictor"])
     return Row(
         read_about(folder, run),
-        entry is not None and entry.kind == "control",
+        shipped is not None and shipped.kind == "control",
         won,
         len(records),
         sum(r["outcome"] in HARNESS_FAULTS for r in records),
@@ -216,12 +215,8 @@ def _record_fault(records: list[dict[str, Any]]) -> str:
 
 
 def _weights_fault(run: dict[str, Any]) -> str:
-    from grasp_bench.system.integrity import sha256
-
-    entry = BUILT_IN.get(run["predictor"])
-    path = None if entry is None else entry.file
-    if path is None:
+    shipped = SHIPPED.get(run["predictor"])
+    if shipped is None or (weights := shipped.weights) is None:
         return ""
-    expected = sha256(path) if path.is_file() else None
-    given = (run.get("weights") or {}).get(path.name)
-    return "" if given == expected else f"it ran with other weights than the shipped {path.name}"
+    given = (run.get("weights") or {}).get(weights.name)
+    return "" if given == weights.digest else f"it ran with other weights than the shipped {weights.name}"

@@ -8,25 +8,19 @@ from pathlib import Path
 from typing import Any
 
 from grasp_bench.errors import AssetError, GraspBenchError, ResultsError
-from grasp_bench.networks import build, parameter_count
-from grasp_bench.networks.weights import read_metadata, stored_input
-from grasp_bench.predictors import BUILT_IN
+from grasp_bench.networks.registry import all_weights, build, family, parameter_count
+from grasp_bench.networks.store import stored_input
+from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.report.accuracy import TextTable, ablation_table, accuracy_table, rate_cells
 from grasp_bench.report.run import Run
 from grasp_bench.report.table4 import PAPER
 from grasp_bench.runs.statistics import holm, trials_to_distinguish, wilson
-from grasp_bench.system.integrity import sha256
 
 REFERENCE = "htc-grasp"
 UNABLATED = "htc-grasp-1000"
 """HTC-Grasp trained as long as its ablations."""
-ABLATIONS = {
-    UNABLATED: (True, True),
-    "htc-grasp-no-ea": (False, True),
-    "htc-grasp-no-ca": (True, False),
-    "htc-grasp-plain": (False, False),
-}
-"""External and channel attention: the paper's Table 3, and one without either."""
+SWITCHES = ("external_attention", "channel_attention")
+"""What the paper's Table 3 leaves out, as arguments of the network."""
 FORMAT = 1
 
 NOTE = (
@@ -63,7 +57,7 @@ def bench(
     """
     from grasp_bench import api
 
-    names = list(predictors) if predictors else [n for n, e in BUILT_IN.items() if e.available]
+    names = list(predictors) if predictors else [n for n, e in SHIPPED.items() if e.available]
     for name in names:
         api.run(
             trials=trials,
@@ -74,7 +68,7 @@ def bench(
             out=folder / name.replace(":", "-").replace("/", "-"),
             progress=on_run(name),
         )
-    return [n for n, e in BUILT_IN.items() if not e.available and n not in names]
+    return [n for n, e in SHIPPED.items() if not e.available and n not in names]
 
 
 def compare(folders: Sequence[Path], reference: str = REFERENCE) -> dict[str, Any]:
@@ -125,12 +119,9 @@ def _ablations(runs: Sequence[Run]) -> list[dict[str, Any]]:
     """The runs of HTC-Grasp and its ablations, these compared with :data:`UNABLATED` trial by trial."""
     by_name = {r.predictor: r for r in runs}
     whole, rows = by_name.get(UNABLATED), []
-    for name, (external, channel) in ABLATIONS.items():
-        row: dict[str, Any] = {
-            "predictor": name,
-            "external_attention": external,
-            "channel_attention": channel,
-        }
+    for name in family(UNABLATED):
+        arguments = all_weights()[name][0].arguments
+        row: dict[str, Any] = {"predictor": name, **{s: arguments.get(s, True) for s in SWITCHES}}
         if (run := by_name.get(name)) is not None:
             row |= {"successes": run.successes, "trials": len(run)}
             if whole is not None and run is not whole:
@@ -153,7 +144,7 @@ def _correct(rows: list[dict[str, Any]]) -> None:
 
 
 def _kind(predictor: str) -> str:
-    return BUILT_IN[predictor].kind if predictor in BUILT_IN else "own"
+    return SHIPPED[predictor].kind if predictor in SHIPPED else "own"
 
 
 def trained_on(predictor: str, used: dict[str, str | None] | None) -> dict[str, Any] | None:
@@ -164,13 +155,13 @@ def trained_on(predictor: str, used: dict[str, str | None] | None) -> dict[str, 
         used: SHA-256 by file of the weights that a run used. Where those installed are others, there
             is nothing to tell: None.
     """
-    path = BUILT_IN[predictor].file if predictor in BUILT_IN else None
-    if path is None:
+    weights = SHIPPED[predictor].weights if predictor in SHIPPED else None
+    if weights is None:
         return None
     try:
-        if not used or used.get(path.name) != sha256(path):
+        if not used or used.get(weights.name) != weights.digest:
             return None
-        facts = read_metadata(path)
+        facts = weights.metadata()
     except (AssetError, OSError):
         return None
     data = facts.get("data", {})
@@ -221,7 +212,7 @@ def tables(comparison: dict[str, Any], evaluations: Sequence[dict[str, Any]]) ->
         if (chosen := [e for e in evaluations if e["dataset"] == name])
     ]
     weights = _weights_table(comparison)
-    ablations = [e for e in evaluations if e["predictor"].startswith("htc-grasp")]
+    ablations = [e for e in evaluations if e["predictor"] in (REFERENCE, *family(UNABLATED))]
     return [
         table_4(comparison),
         *([weights] if weights.rows else []),

@@ -14,10 +14,10 @@ import pytest
 
 from grasp_bench.cli import main
 from grasp_bench.execution import runner, worker
-from grasp_bench.predictors import BUILT_IN
+from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.scenario.sections import Scenario
 
-CONTROLS = [name for name, entry in BUILT_IN.items() if entry.kind == "control"]
+CONTROLS = [name for name, entry in SHIPPED.items() if entry.kind == "control"]
 
 
 class Ended(NamedTuple):
@@ -99,7 +99,7 @@ def test_the_installed_command_starts() -> None:
     if not command.is_file():
         pytest.skip("grasp-bench is not installed beside this Python")
     done = subprocess.run([command, "predictors", "--json"], text=True, capture_output=True, timeout=60)
-    assert [p["name"] for p in json.loads(done.stdout)] == list(BUILT_IN)
+    assert [p["name"] for p in json.loads(done.stdout)] == list(SHIPPED)
 
 
 @pytest.mark.parametrize("command", [["run"], ["report"], ["predictors"], ["objects"], ["objects", "list"]])
@@ -111,12 +111,48 @@ def test_every_command_explains_itself(cli, command: list[str]) -> None:
 
 def test_predictors_are_listed_for_people_and_machines(cli) -> None:
     listed = json.loads(cli("predictors", "--json").out)
-    assert [p["name"] for p in listed] == list(BUILT_IN)
+    assert [p["name"] for p in listed] == list(SHIPPED)
     assert {p["kind"] for p in listed} == {"network", "control"}
     assert all(p["summary"] for p in listed)
     table = cli("predictors").out
-    assert all(name in table for name in BUILT_IN)
+    assert all(name in table for name in SHIPPED)
     assert "list[Grasp]" in table
+
+
+def test_networks_are_listed_with_their_weights_and_training(cli) -> None:
+    listed = {p["name"]: p for p in json.loads(cli("predictors", "--json").out)}
+    told = listed["htc-grasp-1000"]
+    assert len(told.pop("weights")["sha256"]) == 64
+    assert told.pop("trained_on")["train"] == 1330
+    assert told.pop("reference").startswith("HTC-Grasp: A Hybrid")
+    assert told == {
+        "name": "htc-grasp-1000",
+        "kind": "network",
+        "summary": "HTC-Grasp after 1,000 steps, as all below",
+        "parameters": 2_434_004,
+        "input": "rgbd",
+        "crop": 224,
+        "steps": 1000,
+        "seconds": 1161,
+        "paper_rows": {"Table 3": "EA + CA"},
+    }
+    assert listed["gg-cnn"]["input"] == "depth"
+    assert listed["gg-cnn"]["paper_rows"] == {"Table 1": "GG-CNN", "Table 4": "GG-CNN"}
+    assert list(listed["oracle"]) == ["name", "kind", "summary"]
+
+
+@pytest.mark.parametrize("options", [[], ["--json"]])
+def test_predictors_are_listed_without_torch(options: list[str]) -> None:
+    code = (
+        f"import sys; sys.argv = ['grasp-bench', 'predictors', *{options}]\n"
+        "from grasp_bench.cli import main\n"
+        "try: main()\n"
+        "except SystemExit as end: assert not end.code, end.code\n"
+        "print('HEAVY', sorted({'torch', 'mujoco', 'scipy', 'cv2'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], text=True, capture_output=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert "HEAVY []" in done.stdout
 
 
 @pytest.mark.usefixtures("shipped")

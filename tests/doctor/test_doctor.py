@@ -33,7 +33,7 @@ def small_shop(toy_catalog: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     """Assets of three toys and no weights, in place of the shipped ones; free to be damaged."""
     shutil.copytree(toy_catalog, tmp_path / "assets" / "objects")
     (tmp_path / "assets" / "weights").mkdir()
-    for module in ("grasp_bench.objects.catalog", "grasp_bench.system.integrity"):
+    for module in ("grasp_bench.objects.catalog", "grasp_bench.networks.store"):
         monkeypatch.setattr(f"{module}.assets_dir", lambda: tmp_path / "assets")
     return tmp_path / "assets"
 

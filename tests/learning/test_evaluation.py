@@ -23,7 +23,7 @@ from grasp_bench.learning.evaluation.evaluate import Question, Training, evaluat
 from grasp_bench.learning.evaluation.metric import judge, legacy_best, raster_iou
 from grasp_bench.learning.evaluation.protocols import CONVENTIONS, best_grasp, make_case
 from grasp_bench.learning.training.config import TrainConfig
-from grasp_bench.networks.weights import read_metadata
+from grasp_bench.networks.store import WeightsFile
 from grasp_bench.report.accuracy import accuracy_table, markdown
 from grasp_bench.report.paper import TABLE_1, TABLE_2
 
@@ -194,7 +194,7 @@ def test_a_model_is_trained_for_each_fold(tmp_path: Path, folder: Path) -> None:
     assert result["folds"][0]["trained"]["scenes"] == 4 + 6
     tested = {r["image"]: r["fold"] for r in result["records"]}
     for fold in (1, 2, 3):
-        metadata = read_metadata(tmp_path / f"runs/fold-{fold}-of-3/gg-cnn.safetensors")
+        metadata = WeightsFile(tmp_path / f"runs/fold-{fold}-of-3/gg-cnn.safetensors").metadata()
         assert sorted(metadata["left_out"]) == sorted(n for n, f in tested.items() if f == fold)
     again = evaluate(question, training)
     assert [r["iou"] for r in again["records"]] == [r["iou"] for r in result["records"]]
@@ -214,7 +214,7 @@ def test_training_starts_from_given_weights(tmp_path: Path) -> None:
     """With a rate of almost nothing the fine-tuned weights are those begun with."""
     from grasp_bench.learning.training.loop import train
     from grasp_bench.learning.training.sources import Source, gather
-    from grasp_bench.networks import build
+    from grasp_bench.networks.registry import build
     from grasp_bench.networks.weights import load, save
 
     torch.manual_seed(3)

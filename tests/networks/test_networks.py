@@ -10,10 +10,7 @@ from torch.nn import functional
 
 from grasp_bench.errors import UnknownNameError
 from grasp_bench.grasps import Grasp, GraspMaps
-from grasp_bench.networks import NETWORKS, build, info, parameter_count
-from grasp_bench.networks.encoding import CHANNELS as CHANNELS_OF
 from grasp_bench.networks.encoding import (
-    Kind,
     encode_depth,
     fill_holes,
     maps_from_output,
@@ -21,6 +18,9 @@ from grasp_bench.networks.encoding import (
     to_input,
 )
 from grasp_bench.networks.htc_grasp import CHANNELS, ExternalAttention, Fuse, HTCGrasp, SelfAttention
+from grasp_bench.networks.registry import NETWORKS, build, info, parameter_count
+from grasp_bench.networks.spec import CHANNELS as CHANNELS_OF
+from grasp_bench.networks.spec import Kind
 from grasp_bench.networks.tf_grasp import SwinBlock, _from_windows, _to_windows
 
 torch.set_num_threads(1)

@@ -14,12 +14,13 @@ from safetensors.torch import load_file, save_file
 
 from grasp_bench.camera import Intrinsics, RgbdImage
 from grasp_bench.errors import AssetError, UnknownNameError
-from grasp_bench.networks import NETWORKS, build
 from grasp_bench.networks.packing import SCALE
-from grasp_bench.networks.weights import load, read_metadata, save
+from grasp_bench.networks.registry import NETWORKS, build
+from grasp_bench.networks.store import WeightsFile
+from grasp_bench.networks.weights import load, save
 from grasp_bench.predictors import identity
 from grasp_bench.predictors.network import NetworkPredictor, centre_crop
-from grasp_bench.system.integrity import MANIFEST, add_to_manifest, sha256
+from grasp_bench.system.integrity import MANIFEST, sha256
 
 
 @pytest.fixture(scope="module")
@@ -127,7 +128,7 @@ def test_weights_come_back_rounded_to_half_precision(weights) -> None:
         if key != "head.bias":
             assert torch.equal(value, fresh[key].half().float())
     assert metadata == {"network": "gg-cnn", "steps": 0, "note": "θ random"}
-    assert metadata == read_metadata(weights["gg-cnn"])
+    assert metadata == WeightsFile(weights["gg-cnn"]).metadata()
     assert weights["gg-cnn"].stat().st_size < 2.2 * 62_420
 
 
@@ -178,7 +179,7 @@ def test_wrong_tensors(spoil, message: str, weights, tmp_path: Path) -> None:
 def test_manifest_is_held_against_the_file(weights, tmp_path: Path) -> None:
     path = tmp_path / "gg-cnn.safetensors"
     path.write_bytes(weights["gg-cnn"].read_bytes())
-    add_to_manifest(path)
+    WeightsFile(path).enter_in_manifest()
     assert json.loads((tmp_path / MANIFEST).read_text()) == {path.name: sha256(path)}
     load("gg-cnn", path)
     data = bytearray(path.read_bytes())
@@ -291,7 +292,7 @@ def test_a_run_does_not_begin_with_altered_or_missing_weights(
 ) -> None:
     folder = tmp_path / "weights"
     folder.mkdir()
-    monkeypatch.setattr("grasp_bench.system.integrity.assets_dir", lambda: tmp_path)
+    monkeypatch.setattr("grasp_bench.networks.store.assets_dir", lambda: tmp_path)
     with pytest.raises(AssetError, match=r"htc-grasp\.safetensors are missing; train them"):
         identity.identify("htc-grasp")
     (folder / "htc-grasp.safetensors").write_bytes(b"not those shipped")

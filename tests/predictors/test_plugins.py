@@ -14,8 +14,10 @@ import pytest
 from grasp_bench.cli import main
 from grasp_bench.errors import PredictorError, ResultsError, UnknownNameError
 from grasp_bench.execution.runner import run
-from grasp_bench.predictors import BUILT_IN, identity, installed, load_predictor
+from grasp_bench.predictors import load_predictor, sources
 from grasp_bench.predictors.identity import identify
+from grasp_bench.predictors.names import installed
+from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.runs.jobs import Settings, spread
 from grasp_bench.system.integrity import sha256
 
@@ -147,11 +149,11 @@ def test_a_neighbour_that_vanishes_does_not_count_but_the_predictors_own_file_mu
 
         return read
 
-    monkeypatch.setattr(identity, "sha256", vanishing("helpers.py"))
+    monkeypatch.setattr(sources, "sha256", vanishing("helpers.py"))
     facts = identify("mine:Mine")
     assert facts is not None
     assert list(facts["files"]) == ["mine.py"]
-    monkeypatch.setattr(identity, "sha256", vanishing("mine.py"))
+    monkeypatch.setattr(sources, "sha256", vanishing("mine.py"))
     with pytest.raises(PredictorError, match=r"mine\.py, a file of mine, cannot be read"):
         identify("mine:Mine")
 
@@ -233,4 +235,4 @@ def test_check_prints_a_table_and_exits_with_one_for_a_break(
     code, _, err = command(monkeypatch, capsys, "predictors", "check", "randon")
     assert code == 2
     assert "Did you mean random" in err
-    assert "random" in BUILT_IN
+    assert "random" in SHIPPED

@@ -23,12 +23,12 @@ from grasp_bench.learning.data.rectangles import open_collection
 from grasp_bench.learning.data.synthetic import SynthConfig
 from grasp_bench.learning.training.dataset import load_scenes
 from grasp_bench.learning.training.log import training_seconds
-from grasp_bench.predictors import BUILT_IN, load_predictor
+from grasp_bench.predictors import load_predictor
+from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.report.accuracy import accuracy_table
 from grasp_bench.report.run import Run
 from grasp_bench.runs.statistics import holm, mcnemar, trials_to_distinguish
 from grasp_bench.studies.bench_table import UNABLATED, bench, compare, read_evaluations, tables, trained_on
-from grasp_bench.system.integrity import sha256
 
 REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
 
@@ -74,7 +74,7 @@ def test_reference_runs_compared() -> None:
     found = compare(sorted(REFERENCE.iterdir()))
     rows = {r["predictor"]: r for r in found["rows"]}
     assert found["reference"] == "htc-grasp"
-    kinds = [BUILT_IN[r["predictor"]].kind for r in found["rows"]]
+    kinds = [SHIPPED[r["predictor"]].kind for r in found["rows"]]
     assert kinds == sorted(kinds, reverse=True), "networks first"
     assert "p_value" not in rows["htc-grasp"]
     displaced = rows["displaced"]
@@ -116,9 +116,9 @@ def test_an_ablation_counts_what_only_one_lifted(tmp_path: Path) -> None:
 
 def test_weights_of_another_budget_are_told_apart() -> None:
     for name, steps in (("htc-grasp", 2500), (UNABLATED, 1000)):
-        path = BUILT_IN[name].file
-        assert path is not None
-        told = trained_on(name, {path.name: sha256(path)})
+        weights = SHIPPED[name].weights
+        assert weights is not None
+        told = trained_on(name, {weights.name: weights.digest})
         assert told is not None
         assert (told["steps"], told["parameters"]) == (steps, 2_434_004)
 
@@ -215,13 +215,13 @@ def test_bench_runs_what_is_asked_for(tmp_path: Path, monkeypatch: pytest.Monkey
     assert {(a["trials"], a["seed"], a["scenario"]) for a in asked} == {(7, 3, "table4")}
     asked.clear()
     bench(tmp_path)
-    assert {a["predictor"] for a in asked} == {n for n, e in BUILT_IN.items() if e.available}
-    assert set(left_out) == {n for n, e in BUILT_IN.items() if not e.available}
+    assert {a["predictor"] for a in asked} == {n for n, e in SHIPPED.items() if e.available}
+    assert set(left_out) == {n for n, e in SHIPPED.items() if not e.available}
 
 
 def test_a_network_without_weights_says_how_to_get_them(monkeypatch, tmp_path: Path) -> None:
     (tmp_path / "weights").mkdir()
-    monkeypatch.setattr("grasp_bench.system.integrity.assets_dir", lambda: tmp_path)
+    monkeypatch.setattr("grasp_bench.networks.store.assets_dir", lambda: tmp_path)
     with pytest.raises(AssetError, match="train --predictor gg-cnn --export"):
         load_predictor("gg-cnn")
 

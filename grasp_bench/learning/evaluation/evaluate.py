@@ -17,8 +17,11 @@ from grasp_bench.learning.data.folds import Folds, Split, make_folds
 from grasp_bench.learning.data.rectangles import Collection, DatasetName, open_collection
 from grasp_bench.learning.evaluation.metric import VERDICTS
 from grasp_bench.learning.evaluation.protocols import CONVENTIONS, Case, Protocol, evaluate_case, make_case
-from grasp_bench.predictors import BUILT_IN, load_predictor
-from grasp_bench.predictors.protocol import Predictor
+from grasp_bench.networks.registry import NETWORKS, info, input_kind
+from grasp_bench.networks.store import WeightsFile
+from grasp_bench.predictors.names import load_predictor
+from grasp_bench.predictors.protocol import Predictor, begin
+from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.runs.statistics import wilson
 
 FORMAT = 1
@@ -137,9 +140,7 @@ def evaluate(
 
 
 def _load(question: Question) -> Predictor:
-    if question.weights is not None or question.predictor not in BUILT_IN:
-        from grasp_bench.networks import NETWORKS
-
+    if question.weights is not None or question.predictor not in SHIPPED:
         if question.predictor in NETWORKS:
             return _network(question.predictor, question.weights)
         if question.weights is not None:
@@ -161,8 +162,7 @@ def _judge_all(
 ) -> Iterator[dict[str, Any]]:
     warm = False
     for i, case in enumerate(cases):
-        if hasattr(predictor, "begin"):
-            predictor.begin(np.random.default_rng(i))  # pyright: ignore[reportAttributeAccessIssue]
+        begin(predictor, np.random.default_rng(i))
         if not warm:  # the first call pays for things that the others do not
             evaluate_case(predictor, case, protocol)
             warm = True
@@ -237,7 +237,7 @@ def _train_fold(
     from grasp_bench.learning.training.config import TrainConfig
     from grasp_bench.learning.training.loop import train
     from grasp_bench.learning.training.sources import mixed_with_real
-    from grasp_bench.networks.weights import described, save
+    from grasp_bench.networks.weights import save
 
     settings: TrainConfig = training.settings
     out = training.out / f"fold-{fold + 1}-of-{len(folds.test)}"
@@ -247,7 +247,7 @@ def _train_fold(
         "batch": settings.batch,
         "lr": settings.lr,
         "seed": settings.seed,
-        "begun_with": described(training.init) if training.init else None,
+        "begun_with": WeightsFile(training.init).described() if training.init else None,
         "real_images": len(folds.train(fold)),
         "real_share": training.real_share if training.synthetic else 1.0,
         "synthetic": [f.name for f in training.synthetic],
@@ -273,8 +273,6 @@ def _train_fold(
 
 
 def _input(config: Any) -> str:
-    from grasp_bench.networks import info, input_kind
-
     return f"{input_kind(config.network, config.input)} {info(config.network).crop}"
 
 

@@ -18,7 +18,8 @@ from grasp_bench.learning.training.augment import View, crop_scene, jitter_colou
 from grasp_bench.learning.training.config import TrainConfig
 from grasp_bench.learning.training.dataset import Scene
 from grasp_bench.learning.training.sources import Mixture
-from grasp_bench.networks.encoding import Kind, targets_from_maps, to_input
+from grasp_bench.networks.encoding import targets_from_maps, to_input
+from grasp_bench.networks.spec import Kind
 
 Batch = tuple[NDArray[np.float32], NDArray[np.float32]]
 

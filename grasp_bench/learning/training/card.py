@@ -11,7 +11,7 @@ from grasp_bench.learning.training.config import TrainConfig
 from grasp_bench.learning.training.dataset import SceneSet
 from grasp_bench.learning.training.loop import Trained
 from grasp_bench.learning.training.sources import Source
-from grasp_bench.networks import info, input_kind, parameter_count
+from grasp_bench.networks.registry import info, input_kind, parameter_count
 from grasp_bench.runs.statistics import wilson
 
 

@@ -28,9 +28,10 @@ from grasp_bench.learning.training.dataset import SceneSet
 from grasp_bench.learning.training.log import RunLog
 from grasp_bench.learning.training.loss import grasp_loss
 from grasp_bench.learning.training.validate import Accuracy, validate
-from grasp_bench.networks import build, info, input_kind
-from grasp_bench.networks.encoding import Kind
-from grasp_bench.networks.weights import load, stored_input
+from grasp_bench.networks.registry import build, info, input_kind
+from grasp_bench.networks.spec import Kind
+from grasp_bench.networks.store import stored_input
+from grasp_bench.networks.weights import load
 
 CHECKPOINT = "checkpoint.safetensors"
 

@@ -1,0 +1,75 @@
+"""What a registration says of a grasp network, without importing torch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+Kind = Literal["rgbd", "rgb", "depth"]
+
+CHANNELS: dict[str, int] = {"depth": 1, "rgb": 3, "rgbd": 4}
+"""Input channels of each kind; 'rgbd' has depth first, as GR-ConvNet does."""
+
+ALL_KINDS: tuple[Kind, ...] = ("rgbd", "rgb", "depth")
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights that a shipped predictor of the same name uses.
+
+    Attributes:
+        name: of the predictor, and of the file in ``assets/weights`` without its suffix.
+        summary: one line for listings.
+        rows: the row that they stand for in tables of the HTC-Grasp paper, by the table's number.
+    """
+
+    name: str
+    summary: str
+    rows: Mapping[int, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Network:
+    """A network that can be built, trained and run.
+
+    Attributes:
+        name: of the network, and of its own weights.
+        summary: one line for listings.
+        builder: ``module:Class``, imported when first built; called with ``inputs``, a number of channels.
+        reference: publication.
+        kinds: all inputs that the original was published with, the usual one first.
+        arguments: further keyword arguments of the class.
+        parameters: counts of the published networks by input; empty where no code was published.
+        crop: side of the square input [px].
+        rows: as of :class:`Weights`.
+        ablates: name of the weights that this ablation is compared with; None for what is no ablation.
+        others: further weights of this network that are shipped.
+    """
+
+    name: str
+    summary: str
+    builder: str
+    reference: str
+    kinds: tuple[Kind, ...] = ALL_KINDS
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+    parameters: Mapping[str, int] = field(default_factory=dict)
+    crop: int = 224
+    rows: Mapping[int, str] = field(default_factory=dict)
+    ablates: str | None = None
+    others: tuple[Weights, ...] = ()
+
+    @property
+    def kind(self) -> Kind:
+        """The usual input."""
+        return self.kinds[0]
+
+    @property
+    def channels(self) -> int:
+        """Channels of the usual input."""
+        return CHANNELS[self.kind]
+
+    @property
+    def weights(self) -> tuple[Weights, ...]:
+        """All weights of this network, its own first."""
+        return Weights(self.name, self.summary, self.rows), *self.others

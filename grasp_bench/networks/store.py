@@ -1,0 +1,132 @@
+"""Files of weights: where they lie, whether they are those shipped, and what they say of themselves.
+
+Nothing here imports torch; :mod:`grasp_bench.networks.weights` reads and writes the tensors.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from safetensors import SafetensorError, safe_open
+
+from grasp_bench.errors import AssetError
+from grasp_bench.system.integrity import MANIFEST, sha256
+from grasp_bench.system.paths import assets_dir
+
+FACTS = "grasp_bench"
+"""Where in a file's header its metadata lie, as JSON."""
+
+
+@dataclass(frozen=True)
+class WeightsFile:
+    """A file of weights, and what can be said of it without its tensors.
+
+    Attributes:
+        path: ``….safetensors``; it may be missing.
+    """
+
+    path: Path
+
+    @property
+    def name(self) -> str:
+        """Name of the file."""
+        return self.path.name
+
+    @property
+    def card(self) -> str:
+        """Where the model card of shipped weights is to be read, for messages."""
+        return f"assets/weights/{self.path.stem}.md"
+
+    @property
+    def present(self) -> bool:
+        """Whether the file is there."""
+        return self.path.is_file()
+
+    @property
+    def digest(self) -> str | None:
+        """Hex SHA-256 of the file; None where it is missing."""
+        return sha256(self.path) if self.present else None
+
+    def require(self) -> None:
+        """Refuse a file that is missing with an AssetError that says how to get it."""
+        if not self.present:
+            raise AssetError(
+                f"Weights {self.path} are missing; train them with `grasp-bench train --predictor "
+                f"{self.path.stem} --export`, or give the path of a .safetensors file."
+            )
+
+    def described(self) -> str:
+        """Name and first digits of the SHA-256; AssetError when the file is missing."""
+        self.require()
+        return f"{self.name} {sha256(self.path)[:16]}"
+
+    def intact(self) -> bool:
+        """Compare the file with the manifest beside it.
+
+        Returns:
+            whether the manifest lists it, and it is as listed.
+
+        Raises:
+            AssetError: when it differs, or the manifest is not readable.
+        """
+        manifest = self.path.with_name(MANIFEST)
+        if not (manifest.is_file() and self.present):
+            return False
+        try:
+            expected = json.loads(manifest.read_text(encoding="utf-8")).get(self.name)
+        except (ValueError, AttributeError) as error:
+            raise AssetError(
+                f"{manifest} is not a JSON object of file: sha256 ({error}); restore it."
+            ) from error
+        if expected is not None and sha256(self.path) != expected:
+            raise AssetError(
+                f"{self.path} does not have the SHA-256 in {manifest.name} ({str(expected)[:9]}…): "
+                f"it was altered or only partly fetched; restore it, e.g. reinstall grasp-bench."
+            )
+        return expected is not None
+
+    def enter_in_manifest(self) -> None:
+        """Record the file's SHA-256 in the manifest beside it."""
+        manifest = self.path.with_name(MANIFEST)
+        known = json.loads(manifest.read_text(encoding="utf-8")) if manifest.is_file() else {}
+        known[self.name] = sha256(self.path)
+        manifest.write_text(json.dumps(known, indent=2, sort_keys=True) + "\n", encoding="utf-8")
+
+    @contextmanager
+    def opened(self, framework: str) -> Iterator[tuple[Any, dict[str, Any]]]:
+        """The open file of safetensors, for tensors of ``framework``, and the metadata in it.
+
+        Raises:
+            AssetError: the file is missing or damaged, also where that shows while it is open.
+        """
+        self.require()
+        try:
+            with safe_open(self.path, framework=framework) as file:
+                metadata = json.loads((file.metadata() or {}).get(FACTS, "{}"))
+                if not isinstance(metadata, dict):
+                    raise ValueError(f"its metadata {FACTS!r} is no JSON object")
+                yield file, metadata
+        except (SafetensorError, OSError, ValueError, RecursionError) as error:
+            raise AssetError(
+                f"{self.path} is truncated or not a safetensors file ({error}); fetch or train it again."
+            ) from error
+
+    def metadata(self) -> dict[str, Any]:
+        """The facts stored with the weights; AssetError where the file is missing or damaged."""
+        with self.opened("numpy") as (_, metadata):
+            return metadata
+
+
+def shipped_file(name: str) -> WeightsFile:
+    """The file of the weights that are shipped under ``name``."""
+    return WeightsFile(assets_dir() / "weights" / f"{name}.safetensors")
+
+
+def stored_input(metadata: dict[str, Any]) -> str | None:
+    """'rgbd', 'rgb' or 'depth' as the weights' metadata say; None where they do not."""
+    return str(metadata["input"]).split()[0] if metadata.get("input") else None

@@ -1,0 +1,173 @@
+"""What a predictor's name means. Names are taken apart here only."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from grasp_bench.errors import PredictorError, UnknownNameError
+from grasp_bench.predictors.shipped import SHIPPED, Shipped
+from grasp_bench.predictors.sources import distribution, make, sources
+from grasp_bench.system.integrity import sha256
+
+if TYPE_CHECKING:
+    from grasp_bench.predictors.protocol import Predictor
+
+GROUP = "grasp_bench.predictors"
+"""Group of entry points in which packages offer predictors."""
+EXAMPLES = ("my_module:MyPredictor", "http://127.0.0.1:PORT", "cmd: COMMAND --port {port}")
+"""How the other ways in are spelt, for messages."""
+_COMMAND = "cmd:"
+_ADDRESSES = ("http://", "https://")
+
+
+@dataclass(frozen=True)
+class PythonPath:
+    """``module:Class``, looked for on Python's path and in the current folder."""
+
+    name: str
+    kind: ClassVar[str] = "own"
+    weights: ClassVar[None] = None
+
+    @property
+    def path(self) -> str:
+        """``module:Class``."""
+        return self.name
+
+    @property
+    def package(self) -> str | None:
+        """Name and version of the package that it was installed with; None for a file of one's own."""
+        return distribution(self.path.partition(":")[0])
+
+    def load(self) -> Predictor:
+        """Make the predictor.
+
+        Raises:
+            PredictorError: for a module that cannot be imported, or what makes no predictor.
+        """
+        return make(self.path, self.name)
+
+    def facts(self, predictor: object) -> dict[str, Any]:
+        """What identifies it: its source files, and the package they came with, if any."""
+        module = self.path.partition(":")[0]
+        found: dict[str, Any] = {"files": sources(module) | sources(type(predictor).__module__)}
+        return found | ({"distribution": self.package} if self.package else {})
+
+
+@dataclass(frozen=True)
+class Installed(PythonPath):
+    """A name under which an installed package offers a predictor."""
+
+    point: EntryPoint
+    kind: ClassVar[str] = "package"
+
+    @property
+    def path(self) -> str:
+        """``module:Class``."""
+        return self.point.value
+
+    @property
+    def package(self) -> str | None:
+        """Name and version of the package, where it says them."""
+        return f"{self.point.dist.name} {self.point.dist.version}" if self.point.dist else None
+
+
+@dataclass(frozen=True)
+class Server:
+    """The address of a server that runs already."""
+
+    name: str
+    kind: ClassVar[str] = "server"
+    weights: ClassVar[None] = None
+
+    def load(self) -> Predictor:
+        """The server's client; PredictorError for an address that is none."""
+        from grasp_bench.predictors.remote import RemotePredictor
+
+        return RemotePredictor(self.name)
+
+    def facts(self, predictor: object) -> dict[str, Any]:
+        """Nothing: only the server can say what identifies it."""
+        return {}
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command that starts a server."""
+
+    name: str
+    kind: ClassVar[str] = "command"
+    weights: ClassVar[None] = None
+
+    @property
+    def command(self) -> str:
+        """What is run."""
+        return self.name.removeprefix(_COMMAND)
+
+    def load(self) -> Predictor:
+        """Start the server; PredictorError where that fails."""
+        from grasp_bench.predictors.command import CommandPredictor
+
+        return CommandPredictor(self.command)
+
+    def facts(self, predictor: object) -> dict[str, Any]:
+        """What identifies it: the files that the command names."""
+        program, *words = shlex.split(self.command)
+        if not Path(program).is_absolute():  # an interpreter may differ between the machines of one run
+            words.insert(0, program)
+        return {"files": {word: sha256(Path(word)) for word in words if Path(word).is_file()}}
+
+
+Named = Shipped | Installed | PythonPath | Server | Command
+
+
+def installed() -> dict[str, list[Installed]]:
+    """Predictors that installed packages offer, by name; nothing is imported."""
+    found: dict[str, list[Installed]] = {}
+    for point in entry_points(group=GROUP):
+        found.setdefault(point.name, []).append(Installed(point.name, point))
+    return dict(sorted(found.items()))
+
+
+def parse(name: str) -> Named:
+    """What a predictor's name means. A shipped name means that one, whatever packages are installed.
+
+    Raises:
+        UnknownNameError: for a name that nobody offers.
+        PredictorError: for a name that several installed packages offer.
+    """
+    if name in SHIPPED:
+        return SHIPPED[name]
+    if name.startswith(_ADDRESSES):
+        return Server(name)
+    if name.startswith(_COMMAND):
+        return Command(name)
+    if ":" in name:
+        return PythonPath(name)
+    offers = installed()
+    if name not in offers:
+        raise UnknownNameError("predictor", name, [*SHIPPED, *offers, *EXAMPLES])
+    paths = sorted({offer.path for offer in offers[name]})
+    if len(paths) > 1:
+        raise PredictorError(
+            f"Several installed packages offer a predictor {name!r}: "
+            f"{' and '.join(paths)}. Name the one you mean by its module:Class."
+        )
+    return offers[name][0]
+
+
+def load_predictor(name: str) -> Predictor:
+    """A shipped predictor by name, or anyone's by one of the other ways in.
+
+    ``module:Class`` is looked for on Python's path and in the current folder. A class or a function is
+    called without arguments; what results must have ``predict(image) -> list[Grasp]``. Close a predictor
+    that has a method ``close`` after use, or use :func:`grasp_bench.predictors.use.in_use`.
+
+    Raises:
+        UnknownNameError: for an unknown name.
+        PredictorError: for one that cannot be imported or started, or that makes no predictor.
+    """
+    return parse(name).load()

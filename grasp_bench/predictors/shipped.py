@@ -1,0 +1,108 @@
+"""The predictors that are shipped: registered networks with their weights, and controls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any, Literal
+
+from grasp_bench.errors import AssetError
+from grasp_bench.networks.registry import all_weights
+from grasp_bench.networks.spec import Network, Weights
+from grasp_bench.networks.store import WeightsFile, shipped_file, stored_input
+from grasp_bench.predictors.sources import resolve
+
+if TYPE_CHECKING:
+    from grasp_bench.predictors.protocol import Predictor
+
+
+@dataclass(frozen=True)
+class Shipped:
+    """A shipped predictor's name.
+
+    Attributes:
+        name: as it is given.
+        kind: ``network`` or ``control``.
+        summary: one line for listings.
+        path: ``module:Class``, imported when first used.
+        network, trained: the registered network, and which of its weights; None for a control.
+    """
+
+    name: str
+    kind: Literal["network", "control"]
+    summary: str
+    path: str
+    network: Network | None = None
+    trained: Weights | None = None
+
+    @property
+    def weights(self) -> WeightsFile | None:
+        """The file of the weights it needs, if any."""
+        return None if self.trained is None else shipped_file(self.trained.name)
+
+    @property
+    def available(self) -> bool:
+        """Whether the weights it needs are there."""
+        return self.weights is None or self.weights.present
+
+    def load(self) -> Predictor:
+        """Make the predictor.
+
+        Raises:
+            AssetError: for weights that are missing or altered.
+        """
+        maker = resolve(self.path)
+        if self.network is None or self.weights is None:
+            return maker()
+        return maker(self.network.name, self.weights.path)
+
+    def facts(self, predictor: object) -> dict[str, Any]:
+        """What identifies it: the version of grasp-bench, and its weights."""
+        software = {"software": f"grasp-bench {version('grasp-bench')}"}
+        if self.weights is None:
+            return software
+        self.weights.require()
+        return software | {"files": {self.weights.name: self.weights.digest}}
+
+    def details(self) -> dict[str, Any]:
+        """What there is to tell of a network and of its training, null where it is not known; else empty."""
+        if self.network is None or self.trained is None or self.weights is None:
+            return {}
+        try:
+            stored = self.weights.metadata()
+        except AssetError:  # missing or damaged: the digest says so
+            stored = {}
+        kind = stored_input(stored) or self.network.kind
+        return {
+            "parameters": stored.get("parameters", self.network.parameters.get(kind)),
+            "input": kind,
+            "crop": self.network.crop,
+            "weights": {"file": self.weights.name, "sha256": self.weights.digest},
+            "trained_on": stored.get("data"),
+            "steps": stored.get("steps"),
+            "seconds": stored.get("seconds"),
+            "reference": self.network.reference,
+            "paper_rows": {f"Table {table}": row for table, row in self.trained.rows.items()},
+        }
+
+
+def _network(network: Network, weights: Weights) -> Shipped:
+    path = "grasp_bench.predictors.network:NetworkPredictor"
+    return Shipped(weights.name, "network", weights.summary, path, network, weights)
+
+
+def _control(name: str, summary: str) -> Shipped:
+    return Shipped(name, "control", summary, f"grasp_bench.predictors.controls:{name.capitalize()}")
+
+
+SHIPPED: dict[str, Shipped] = {
+    shipped.name: shipped
+    for shipped in (
+        *(_network(network, weights) for network, weights in all_weights().values()),
+        _control("oracle", "reference grasps of the true mesh and pose: upper bound"),
+        _control("antipodal", "opposite depth edges, after Dex-Net's sampling"),
+        _control("centroid", "middle and shorter axis of the depth blob"),
+        _control("random", "a random place and direction on the object"),
+        _control("displaced", "the oracle's grasp 0.2 m beside: must fail"),
+    )
+}

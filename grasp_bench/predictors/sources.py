@@ -1,0 +1,108 @@
+"""Predictors from foreign code: how they are imported and made, and where they come from."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from importlib.metadata import packages_distributions, version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from grasp_bench.errors import PredictorError, UnknownNameError
+from grasp_bench.system.integrity import sha256
+
+if TYPE_CHECKING:
+    from grasp_bench.predictors.protocol import Predictor
+
+
+def make(path: str, name: str) -> Predictor:
+    """The predictor at ``module:Class``, on Python's path or in the current folder.
+
+    Args:
+        path: of a class or a function that is called without arguments, or of a predictor.
+        name: what messages call it.
+
+    Raises:
+        PredictorError: for a module that cannot be imported, or what makes no predictor.
+    """
+    maker = resolve(path)
+    try:
+        predictor = maker() if isinstance(maker, type) or not hasattr(maker, "predict") else maker
+    except (Exception, SystemExit) as error:
+        raise PredictorError(f"{name} could not be made: {type(error).__name__}: {error}") from error
+    if not callable(getattr(predictor, "predict", None)):
+        raise PredictorError(f"{name} has no method predict(image: RgbdImage) -> list[Grasp]")
+    return predictor
+
+
+def resolve(path: str) -> Any:
+    """What ``module:Class`` names, on Python's path or in the current folder.
+
+    Raises:
+        PredictorError: for a module that cannot be imported, or that has no such name.
+    """
+    module_name, _, attribute = path.partition(":")
+    folder = str(Path.cwd())
+    if folder not in sys.path:
+        sys.path.append(folder)
+    try:
+        module = importlib.import_module(module_name)
+    except (Exception, SystemExit) as error:  # whatever a foreign module raises while it is imported
+        raise PredictorError(
+            f"The module {module_name!r} of predictor {path!r} cannot be imported: "
+            f"{type(error).__name__}: {error}"
+        ) from error
+    if not hasattr(module, attribute):
+        names = [n for n in dir(module) if not n.startswith("_")]
+        raise PredictorError(str(UnknownNameError(f"name in module {module_name!r}:", attribute, names)))
+    return getattr(module, attribute)
+
+
+def sources(module_name: str) -> dict[str, str]:
+    """SHA-256 by relative path of a module's file and of the modules of its folder that it has imported.
+
+    A module of an installed package does not count its neighbours: its distribution's version does. Nor do
+    neighbours count whose files vanish meanwhile: libraries load modules from temporary folders.
+
+    Raises:
+        PredictorError: when the module's own file is missing, or one cannot be read.
+    """
+    module = sys.modules.get(module_name)
+    file = getattr(module, "__file__", None)
+    if file is None or module_name.partition(".")[0] in ("grasp_bench", "__main__"):
+        return {}
+    # A package's modules are its neighbours wherever among them the class is.
+    folder = Path(file).resolve().parents[module_name.count(".") + (Path(file).name == "__init__.py")]
+    own = Path(file).resolve()
+    found = {own}
+    for name, other in list(sys.modules.items()):
+        path = str(getattr(other, "__file__", None))
+        if (
+            name.partition(".")[0] in ("grasp_bench", "__main__")
+            or not path.endswith(".py")
+            or ("site-packages" in path)
+        ):
+            continue
+        neighbour = Path(path).resolve()
+        if neighbour.is_relative_to(folder) and neighbour.is_file():  # some modules name no real file
+            found.add(neighbour)
+    hashes: dict[str, str] = {}
+    for path in sorted(found):
+        try:
+            hashes[path.relative_to(folder).as_posix()] = sha256(path)
+        except OSError as error:
+            if path != own and isinstance(error, FileNotFoundError):
+                continue
+            raise PredictorError(
+                f"{path}, a file of {module_name}, cannot be read ({error.strerror}); restore it."
+            ) from error
+    return hashes
+
+
+def distribution(module_name: str) -> str | None:
+    """Name and version of the package that an imported module was installed with."""
+    file = getattr(sys.modules.get(module_name), "__file__", None) or ""
+    if "site-packages" not in Path(file).parts:
+        return None
+    found = packages_distributions().get(module_name.partition(".")[0])
+    return f"{found[0]} {version(found[0])}" if found else None

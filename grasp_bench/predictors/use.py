@@ -1,0 +1,31 @@
+"""A predictor for as long as it is needed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from grasp_bench.predictors.names import load_predictor
+
+if TYPE_CHECKING:
+    from grasp_bench.predictors.protocol import Predictor
+
+
+@contextmanager
+def in_use(predictor: str | Predictor) -> Iterator[Predictor]:
+    """A predictor, which is loaded and in the end closed where a name is given; one that is given stays open.
+
+    Raises:
+        UnknownNameError, PredictorError: as :func:`grasp_bench.predictors.names.load_predictor`.
+    """
+    if not isinstance(predictor, str):
+        yield predictor
+        return
+    loaded = load_predictor(predictor)
+    try:
+        yield loaded
+    finally:
+        close = getattr(loaded, "close", None)
+        if callable(close):
+            close()

@@ -5,14 +5,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from pathlib import Path
 
-from grasp_bench.report.accuracy import markdown
-from grasp_bench.report.leaderboard import load_row
-from grasp_bench.report.leaderboard_page import as_markdown as as_leaderboard
+from grasp_bench.report.leaderboard import as_markdown, load_row
 from grasp_bench.report.table4 import build_report
-from grasp_bench.report.text import as_markdown
+from grasp_bench.report.tables import markdown
 from grasp_bench.runs.folder import find_runs
 from grasp_bench.studies.bench_table import compare, read_evaluations, run_folders, tables
 
@@ -30,12 +29,11 @@ def replace(path: Path, marker: str, text: str) -> None:
 
 def main() -> None:
     reference = ROOT / "results" / "reference"
-    text = as_markdown(build_report(find_runs(reference), reference))
-    table, _, rest = text.partition("\n### ")
-    replace(ROOT / "README.md", "table4", table.replace("## Table 4, re-measured\n", ""))
+    table, *runs = build_report(find_runs(reference), reference).tables()
+    replace(ROOT / "README.md", "table4", markdown([dataclasses.replace(table, title="")]))
     compared, evaluations = compare(run_folders(reference)), read_evaluations(ROOT / "results" / "evaluation")
     replace(ROOT / "docs" / "results.md", "measured", markdown(tables(compared, evaluations)))
-    replace(ROOT / "docs" / "results.md", "runs", "### " + rest)
+    replace(ROOT / "docs" / "results.md", "runs", markdown(runs))
     replace(ROOT / "docs" / "leaderboard.md", "leaderboard", leaderboard())
 
 
@@ -43,7 +41,7 @@ def leaderboard() -> str:
     """Rows of the reference runs and of those that were handed in."""
     submitted = ROOT / "results" / "leaderboard"
     folders = find_runs(ROOT / "results" / "reference") + (find_runs(submitted) if submitted.is_dir() else [])
-    return as_leaderboard([load_row(folder) for folder in folders])
+    return as_markdown([load_row(folder) for folder in folders])
 
 
 if __name__ == "__main__":

@@ -70,7 +70,8 @@ def evaluate_command(
     from rich.console import Console
 
     from grasp_bench.learning.evaluation.evaluate import Question, evaluate
-    from grasp_bench.report.accuracy import accuracy_table, markdown, show, summary
+    from grasp_bench.report.accuracy import accuracy_table, summary
+    from grasp_bench.report.tables import markdown, show
 
     console = Console(stderr=fmt != "table")
     question = Question(predictor, dataset, root, split, protocol, folds, fold, weights, depth, seed)
@@ -171,7 +172,7 @@ def bench_table_command(
     """
     from rich.console import Console
 
-    from grasp_bench.report.accuracy import as_text, markdown, show
+    from grasp_bench.report.tables import as_text, markdown, show
     from grasp_bench.studies import bench_table as bench
 
     progress = Console(stderr=True)

@@ -31,10 +31,7 @@ def check_command(
     if not all(c.passed for c in conditions):
         raise typer.Exit(1)
     row = load_row(folder)
-    typer.echo(
-        f"{row.about.name}: {row.successes}/{row.trials} = {row.successes / row.trials:.1%} "
-        f"(95 % interval {row.interval[0]:.1%} – {row.interval[1]:.1%}) can be a row."
-    )
+    typer.echo(f"{row.about.name}: {row.lifted} can be a row.")
 
 
 @leaderboard_app.command("table")
@@ -44,8 +41,7 @@ def table_command(
     ),
 ) -> None:
     """Print the leaderboard of all runs below ROOT as Markdown."""
-    from grasp_bench.report.leaderboard import load_row
-    from grasp_bench.report.leaderboard_page import as_markdown
+    from grasp_bench.report.leaderboard import as_markdown, load_row
     from grasp_bench.runs.folder import find_runs
 
     typer.echo(as_markdown([load_row(folder) for folder in find_runs(root)]))

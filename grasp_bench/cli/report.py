@@ -39,6 +39,7 @@ def report_command(
     """Print Table 4 of the paper with the runs of FOLDER beside it, and how their trials ended."""
     from grasp_bench.errors import UnknownNameError
     from grasp_bench.report.table4 import build_report
+    from grasp_bench.report.tables import as_text, markdown, show
     from grasp_bench.runs.folder import find_runs
 
     formats = ("table", "markdown", "json", "html")
@@ -58,26 +59,12 @@ def report_command(
     if fmt == "table" and out is None:
         from rich.console import Console
 
-        from grasp_bench.report.text import show
-
-        show(content, Console())
+        show(content.tables(), Console())
         return
     if fmt == "json":
-        text = json.dumps(content, indent=1, ensure_ascii=False) + "\n"
-    elif fmt == "markdown":
-        from grasp_bench.report.text import as_markdown
-
-        text = as_markdown(content)
+        text = json.dumps(content.to_json(), indent=1, ensure_ascii=False) + "\n"
     else:
-        from rich.console import Console
-
-        from grasp_bench.report.text import show
-
-        console = Console(record=True, width=120, quiet=True)
-        console.quiet = False
-        with console.capture() as capture:
-            show(content, console)
-        text = capture.get()
+        text = markdown(content.tables()) if fmt == "markdown" else as_text(content.tables())
     if out is None:
         typer.echo(text, nl=False)
     else:

@@ -96,6 +96,8 @@ def run_command(
     from rich.console import Console
 
     from grasp_bench import api
+    from grasp_bench.report.clutter import in_words
+    from grasp_bench.report.summary import Summary
     from grasp_bench.runs.jobs import Shard, spread
     from grasp_bench.runs.limits import ErrorLimit
     from grasp_bench.system.interrupts import terminate_as_interrupt
@@ -121,7 +123,7 @@ def run_command(
             ray_address=ray_address,
             memory_limit=memory_limit,
         )
-    folder, summary, figures = done.folder, done.summary, done.figures
+    folder, summary, told = done.folder, done.summary, Summary.of(done)
     if summary.repaired:
         console.print(
             "[yellow]A torn last line, left by a kill, was cut off; that trial was done again.[/yellow]"
@@ -131,17 +133,8 @@ def run_command(
     elif summary.resumed:
         console.print(f"Resumed {folder}: {summary.resumed} trials were done, {summary.added} added.")
     if as_json:
-        typer.echo(json.dumps(figures))
-    if figures["clutter"] is not None:
-        from grasp_bench.report.clutter import in_words
-
-        said = f": {in_words(figures['clutter'])}"
-    else:
-        low, high = figures["wilson95"]
-        said = (
-            f" lifted {figures['successes']}/{figures['trials']} = {figures['rate']:.1%} "
-            f"(95 % interval {low:.1%} – {high:.1%})"
-        )
+        typer.echo(json.dumps(told.to_json()))
+    said = f" lifted {told.lifted}" if told.clutter is None else f": {in_words(told.clutter)}"
     console.print(
         f"[bold]{predictor}[/bold]{said}. Results in {folder}; see `grasp-bench report {folder}`.",
         soft_wrap=True,

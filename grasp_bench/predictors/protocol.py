@@ -102,13 +102,12 @@ def ask(
         PredictorError: for an exception in the predictor, an answer that is no list of grasps inside the
             image, or a control that needs the truth where there is none.
     """
-    own = replace(image, rgb=image.rgb.copy(), depth=image.depth.copy())  # the planner needs the original
     try:
         begin(predictor, rng)
         if truths and isinstance(predictor, PrivilegedPredictor):
-            grasps = _in_turn(predictor, own, truths)
+            grasps = _in_turn(predictor, image, truths)
         else:
-            grasps = predictor.predict(own)
+            grasps = predictor.predict(_copied(image))
     except PredictorError:
         raise
     except (Exception, SystemExit) as error:  # anything a foreign predictor may raise
@@ -116,11 +115,16 @@ def ask(
     return checked(grasps, image.intrinsics)
 
 
+def _copied(image: RgbdImage) -> RgbdImage:
+    """The predictor's own image; the planner needs the original."""
+    return replace(image, rgb=image.rgb.copy(), depth=image.depth.copy())
+
+
 def _in_turn(control: PrivilegedPredictor, image: RgbdImage, truths: Sequence[GroundTruth]) -> list[Grasp]:
     size = image.intrinsics
     found: list[tuple[int, float, Grasp]] = []
     for truth in truths:
-        told = control.predict_from_truth(image, truth)
+        told = control.predict_from_truth(_copied(image), truth)
         inside = [g for g in told if 0 <= g.x <= size.width and 0 <= g.y <= size.height]
         found += [(turn, -float(truth.position[2]), g) for turn, g in enumerate(inside)]
     return [g for *_, g in sorted(found, key=lambda f: f[:2])]

@@ -1,16 +1,16 @@
-"""Evaluations beside the paper's rows, for the terminal and as markdown."""
+"""Tables 1 to 3: evaluations beside the paper's rows."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
 from grasp_bench.networks.registry import standing_for
 from grasp_bench.report.paper import TABLE_3, TABLES
-from grasp_bench.runs.statistics import wilson
+from grasp_bench.report.tables import Footnotes, TextTable, rate_cells
+from grasp_bench.runs.statistics import Rate
 
-HEAD = ("Method", "Input", "Split", "Accuracy", "Correct", "95 % interval", "ms", "On")
+HEAD = ("Method", "Input", "Split", "Correct", "Accuracy", "95 % interval", "ms", "On")
 NUMBERS = (3, 4, 5, 6)
 TITLES = {
     "cornell": "Table 1, re-measured: Cornell",
@@ -22,105 +22,6 @@ NOTE = (
     "Rows of grasp-bench are measured on the images present here, with the 95 % Wilson interval of k/n, "
     "and the processor time from image to grasps on one core of this machine."
 )
-
-
-@dataclass(frozen=True)
-class TextTable:
-    """A table to print.
-
-    Attributes:
-        title, head, rows, note: its parts; all cells are text.
-        numbers: columns set flush right.
-        paper: rows that are quoted and not measured.
-    """
-
-    title: str
-    head: Sequence[str]
-    rows: list[list[str]]
-    note: str = ""
-    numbers: Sequence[int] = ()
-    paper: frozenset[int] = frozenset()
-
-
-def markdown(tables: Iterable[TextTable]) -> str:
-    """GitHub-flavoured markdown of tables."""
-
-    def line(cells: Iterable[str]) -> str:
-        return "| " + " | ".join(c.replace("|", "\\|") for c in cells) + " |"
-
-    parts = []
-    for t in tables:
-        rule = ["---:" if i in t.numbers else "---" for i in range(len(t.head))]
-        parts.append(
-            "\n".join(
-                [
-                    f"## {t.title}",
-                    "",
-                    line(t.head),
-                    line(rule),
-                    *map(line, t.rows),
-                    *(["", t.note] if t.note else []),
-                ]
-            )
-        )
-    return "\n\n".join(parts) + "\n"
-
-
-def show(tables: Iterable[TextTable], console: Any) -> None:
-    """Print tables to a rich console."""
-    from textwrap import fill
-
-    from rich import box
-    from rich.padding import Padding
-    from rich.table import Table
-    from rich.text import Text
-
-    for t in tables:
-        table = Table(
-            title=t.title,
-            title_style="bold",
-            title_justify="left",
-            header_style="bold",
-            box=box.SIMPLE,
-            pad_edge=False,
-        )
-        for i, name in enumerate(t.head):  # numbers keep one line, so their heads may need several
-            number = i in t.numbers
-            table.add_column(
-                fill(name, 8) if number else name,
-                justify="right" if number else "left",
-                no_wrap=number,
-                overflow="fold",
-            )
-        for i, row in enumerate(t.rows):
-            table.add_row(
-                *map(Text, row),
-                style="dim" if i in t.paper else "",
-                end_section=i in t.paper and i + 1 not in t.paper,
-            )
-        console.print(table)
-        if t.note:
-            console.print(Padding(Text(t.note, style="dim"), (0, 1, 1, 1)))
-
-
-def as_text(tables: Iterable[TextTable], width: int = 120) -> str:
-    """Tables as a terminal of ``width`` columns would show them, without colour."""
-    from io import StringIO
-
-    from rich.console import Console
-
-    buffer = StringIO()
-    show(tables, Console(file=buffer, width=width, no_color=True))
-    return buffer.getvalue()
-
-
-# ---------------------------------------------------------------- Tables 1 and 2
-
-
-def rate_cells(correct: int, total: int) -> list[str]:
-    """Rate, k/n and Wilson interval."""
-    low, high = wilson(correct, total)
-    return [f"{correct / total:.1%}", f"{correct}/{total}", f"{low:.1%} – {high:.1%}"]
 
 
 def accuracy_table(dataset: str, results: Sequence[dict[str, Any]]) -> TextTable:
@@ -135,23 +36,23 @@ def accuracy_table(dataset: str, results: Sequence[dict[str, Any]]) -> TextTable
                         f"{row.method} ({row.authors})",
                         row.input,
                         split if dataset == "cornell" else "",
-                        f"{rate:g}%",
                         "",
+                        f"{rate:g}%",
                         "",
                         time,
                         "paper",
                     ]
                 )
     paper = frozenset(range(len(rows)))
-    rows += [_ours(r) for r in results]
-    how = "; ".join(dict.fromkeys(f"{r['predictor']}: {conditions(r)}" for r in results))
-    return TextTable(TITLES[dataset], HEAD, rows, f"{NOTE} {how}." if how else NOTE, NUMBERS, paper)
+    how = Footnotes()
+    rows += [_ours(r, how.mark(conditions(r))) for r in results]
+    return TextTable(TITLES[dataset], HEAD, rows, note=NOTE, footnotes=how, numbers=NUMBERS, paper=paper)
 
 
-def _ours(result: dict[str, Any]) -> list[str]:
+def _ours(result: dict[str, Any], mark: str) -> list[str]:
     weights = result.get("weights") or {}
     kind = {"rgbd": "RGB-D", "rgb": "RGB", "depth": "D"}.get(str(weights.get("input", "")).split(" ")[0], "")
-    where = f"{result['images']} of {result['images_in_full']} {result['protocol']}"
+    where = f"{result['images']} of {result['images_in_full']} {result['protocol']} {mark}"
     trained = _trained(result)
     seen_real = "trained" in weights or bool(weights.get("data", {}).get("real"))
     how = (
@@ -167,7 +68,7 @@ def _ours(result: dict[str, Any]) -> list[str]:
         result["predictor"] + how,
         kind,
         result["split"] if trained else "",
-        *rate_cells(result["correct"], result["images"]),
+        *rate_cells(Rate(result["correct"], result["images"])),
         f"{result['latency_ms']['cpu_median']:.0f}",
         where,
     ]
@@ -223,7 +124,7 @@ def summary(result: dict[str, Any]) -> list[str]:
 
 def ablation_table(results: Sequence[dict[str, Any]]) -> TextTable:
     """Table 3 of the paper with what was measured of the same networks beside it."""
-    rows = []
+    rows, how = [], Footnotes()
     for row in TABLE_3:
         for dataset, printed in (("cornell", row.cornell), ("jacquard", row.jacquard)):
             found = [
@@ -233,7 +134,7 @@ def ablation_table(results: Sequence[dict[str, Any]]) -> TextTable:
                 if r["predictor"] == name and r["dataset"] == dataset
             ]
             for r in found or [None]:
-                measured = rate_cells(r["correct"], r["images"]) if r else ["not measured", "", ""]
+                measured = rate_cells(Rate(r["correct"], r["images"])) if r else ["not measured", "", ""]
                 rows.append(
                     [
                         dataset.capitalize(),
@@ -241,7 +142,7 @@ def ablation_table(results: Sequence[dict[str, Any]]) -> TextTable:
                         "✓" if row.channel_attention else "",
                         f"{printed:g}%",
                         *measured,
-                        conditions(r) if r else "",
+                        f"{r['protocol']} {how.mark(conditions(r))}" if r else "",
                     ]
                 )
     rows.sort(key=lambda r: r[0])
@@ -252,12 +153,14 @@ def ablation_table(results: Sequence[dict[str, Any]]) -> TextTable:
             "External attention",
             "Channel attention",
             "Paper",
-            "Here",
             "Correct",
+            "Here",
             "95 % interval",
             "How",
         ),
         rows,
-        "Without external attention, blocks have multi-head self-attention (the paper's equation 3). " + NOTE,
-        (3, 4, 5, 6),
+        note="Without external attention, blocks have multi-head self-attention (the paper's equation 3). "
+        + NOTE,
+        footnotes=how,
+        numbers=(3, 4, 5, 6),
     )

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
-from grasp_bench.runs.statistics import mcnemar
+from grasp_bench.runs.results import RunResults
+from grasp_bench.runs.statistics import holm, mcnemar
 
 
 @dataclass(frozen=True)
@@ -38,17 +39,17 @@ class Pair:
         return self.both + self.first_only + self.second_only + self.neither
 
 
-def same_conditions(first: Run, second: Run) -> bool:
+def same_conditions(first: RunResults, second: RunResults) -> bool:
     """Whether equal trial numbers mean the same scene: scenario, seed and renderer agree."""
 
-    def conditions(run: Run) -> list[Any]:
-        scenario = {k: v for k, v in run.info["scenario"].items() if k != "description"}
-        return [scenario, run.info["seed"], run.info.get("renderer")]
+    def conditions(run: RunResults) -> list[Any]:
+        scenario = {k: v for k, v in run.info.scenario.items() if k != "description"}
+        return [scenario, run.info.seed, run.info.renderer]
 
     return conditions(first) == conditions(second)
 
 
-def compare_all(runs: Sequence[Run]) -> list[Pair]:
+def compare_all(runs: Sequence[RunResults]) -> list[Pair]:
     """All pairs of runs that share trials: same number, object and object files under the same conditions.
 
     Runs that are not finished are compared on what they have so far.
@@ -77,24 +78,10 @@ def compare_all(runs: Sequence[Run]) -> list[Pair]:
             )
         )
     adjusted = holm([p.p_value for p in pairs])
-    return [Pair(**{**vars(p), "adjusted": a}) for p, a in zip(pairs, adjusted, strict=True)]
+    return [replace(p, adjusted=a) for p, a in zip(pairs, adjusted, strict=True)]
 
 
-def _results(run: Run) -> dict[tuple[int, str, str], bool]:
+def _results(run: RunResults) -> dict[tuple[int, str, str], bool]:
     """Success by trial number, object and the object's files."""
-    files = run.info.get("objects") or {}
-    return {
-        (int(t), str(o), str(sorted((files.get(o) or {}).items()))): bool(s)
-        for t, o, s in run.trials[["trial", "object", "success"]].itertuples(index=False)
-    }
-
-
-def holm(p_values: Sequence[float]) -> list[float]:
-    """p-values adjusted by Holm's step-down method (Holm 1979) for as many tests as there are."""
-    order = sorted(range(len(p_values)), key=lambda i: p_values[i])
-    adjusted = [1.0] * len(p_values)
-    largest = 0.0
-    for rank, i in enumerate(order):
-        largest = max(largest, min(1.0, (len(p_values) - rank) * p_values[i]))
-        adjusted[i] = largest
-    return adjusted
+    files = {name: str(sorted((found or {}).items())) for name, found in run.info.objects.items()}
+    return {(r.trial, r.object, files.get(r.object, "[]")): r.success for r in run.records}

@@ -17,10 +17,11 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
-from grasp_bench.errors import GraspBenchError, ScenarioError
-from grasp_bench.runs.differences import ORIGIN, differences, listed
-from grasp_bench.runs.folder import RUN, TRIALS, load_run
-from grasp_bench.runs.lines import dump, read_lines
+from grasp_bench.errors import GraspBenchError
+from grasp_bench.runs.differences import listed
+from grasp_bench.runs.info import Group, RunInfo
+from grasp_bench.runs.record import TrialRecord
+from grasp_bench.runs.results import RunResults
 from grasp_bench.runs.statistics import (
     Pairs,
     mcnemar,
@@ -31,10 +32,8 @@ from grasp_bench.runs.statistics import (
     trials_to_exclude,
     visible_drop,
 )
-from grasp_bench.scenario.outcomes import HARNESS_FAULTS
 
-TRIALS_OF = ("scenario", "seed", "trials", "objects")
-"""Keys of ``run.json`` that say which trials a run is of."""
+PLACES = ("in the baseline", "in the new run")
 
 
 class Verdict(StrEnum):
@@ -139,18 +138,18 @@ def check(
         raise GraspBenchError(f"--margin must be between 0 and 1, e.g. 0.03 for 3 points, not {margin:g}.")
     if not 0 < alpha < 0.5:
         raise GraspBenchError(f"--alpha must be between 0 and 0.5, e.g. 0.05, not {alpha:g}.")
-    runs = load_run(baseline), load_run(new)
-    before, after = _trials(baseline, new, *runs)
-    lost = sum(b["success"] and not a["success"] for b, a in zip(before, after, strict=True))
-    gained = sum(a["success"] and not b["success"] for b, a in zip(before, after, strict=True))
-    n = len(before)
+    old, now = RunResults(baseline), RunResults(new)
+    _check_same_trials(old, now)
+    both = list(zip(old.records, now.records, strict=True))
+    lost = sum(b.success and not a.success for b, a in both)
+    gained = sum(a.success and not b.success for b, a in both)
+    n = len(both)
     pairs = Pairs(lost, gained, n)
-    successes = sum(b["success"] for b in before), sum(a["success"] for a in after)
-    faults = _faults(before), _faults(after)
+    successes, faults = (old.successes, now.successes), (old.faults, now.faults)
     changed = tuple(
-        Changed(b["trial"], b["object"], b["outcome"], a["outcome"], _why(b, a, exact))
-        for b, a in zip(before, after, strict=True)
-        if (dump(a) != dump(b) if exact else a["success"] is not b["success"])
+        Changed(b.trial, b.object, b.outcome, a.outcome, _why(b, a, exact))
+        for b, a in both
+        if (a.line() != b.line() if exact else a.success is not b.success)
     )
     interval = paired_interval(pairs, 1 - 2 * alpha)
     p_worse, p_margin = mcnemar_worse(lost, gained), non_inferiority(pairs, margin)
@@ -181,76 +180,49 @@ def check(
         visible_unrelated=visible_drop(n, rate, None, alpha),
         needed=trials_to_exclude(margin, lost / n, share, alpha),
         notes=tuple(
-            _notes(*runs, small=p_worse <= alpha and verdict is Verdict.NO_REGRESSION, faults=faults)
+            _notes(old.info, now.info, p_worse <= alpha and verdict is Verdict.NO_REGRESSION, faults)
         ),
     )
 
 
-def _trials(
-    baseline: Path, new: Path, old_run: dict[str, Any], new_run: dict[str, Any]
-) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Records of both runs in trial order.
+def _check_same_trials(baseline: RunResults, new: RunResults) -> None:
+    """Check that two runs are whole and of the same trials.
 
     Raises:
-        NotComparableError: unless they are of the same trials.
+        NotComparableError: unless they are.
     """
-    if found := differences(
-        _comparable(old_run), _comparable(new_run), TRIALS_OF, ("in the baseline", "in the new run")
-    ):
+    other = f"{new.folder} and {baseline.folder} are not of the same trials"
+    if found := baseline.info.comparable().differences(new.info.comparable(), Group.TRIALS, places=PLACES):
         raise NotComparableError(
-            f"{new} and {baseline} are not of the same trials: {listed(found)}. Run "
-            "both with the same scenario, objects, trials and seed."
+            f"{other}: {listed(found)}. Run both with the same scenario, objects, trials and seed."
         )
-    both = []
-    for folder, run in ((baseline, old_run), (new, new_run)):
-        records = sorted(read_lines(folder / TRIALS)[0], key=lambda r: r["trial"])
-        planned = range(run["trials"])
-        if missing := sorted(set(planned) - {r["trial"] for r in records}):
+    for run in (baseline, new):
+        planned = range(run.info.trials)
+        if missing := sorted(set(planned) - {r.trial for r in run.records}):
             shown = ", ".join(map(str, missing[:6])) + (" …" if len(missing) > 6 else "")
             raise NotComparableError(
-                f"{folder} lacks {len(missing)} of {len(planned)} trials ({shown}); "
+                f"{run.folder} lacks {len(missing)} of {len(planned)} trials ({shown}); "
                 "finish it with the command that began it, or merge its shards."
             )
-        both.append(records)
-    for old, now in zip_longest(*both):
-        if old is None or now is None or (old["trial"], old["object"]) != (now["trial"], now["object"]):
-            odd = (old or now or {"trial": 0})["trial"]
-            raise NotComparableError(
-                f"{new} and {baseline} are not of the same trials: they differ from trial {odd} on."
-            )
-    if not both[0]:
-        raise NotComparableError(f"{baseline} holds no trial.")
-    return both[0], both[1]
+    tried = ([(r.trial, r.object) for r in run.records] for run in (baseline, new))
+    for old, now in zip_longest(*tried):
+        if old != now:
+            raise NotComparableError(f"{other}: they differ from trial {(old or now or (0,))[0]} on.")
+    if not len(baseline):
+        raise NotComparableError(f"{baseline.folder} holds no trial.")
 
 
-def _comparable(run: dict[str, Any]) -> dict[str, Any]:
-    """``run.json`` with every key of its scenario, also those that are newer than it, but its words."""
-    from grasp_bench.scenario.reading import parse_scenario
-
-    try:
-        scenario = parse_scenario(run["scenario"], RUN).model_dump(mode="json")
-    except ScenarioError:  # of another version of grasp-bench
-        scenario = run["scenario"]
-    return run | {"scenario": {k: v for k, v in scenario.items() if k not in ("name", "description")}}
-
-
-def _faults(records: list[dict[str, Any]]) -> int:
-    return sum(r["outcome"] in HARNESS_FAULTS for r in records)
-
-
-def _why(before: dict[str, Any], after: dict[str, Any], exact: bool) -> str:
+def _why(before: TrialRecord, after: TrialRecord, exact: bool) -> str:
     if not exact:
-        return after["detail"] if before["success"] else before["detail"]
-    keys = [k for k in dict.fromkeys([*before, *after]) if before.get(k) != after.get(k)]
+        return after.detail if before.success else before.detail
+    old, now = before.to_json(), after.to_json()
+    keys = [k for k in {**old, **now} if old.get(k) != now.get(k)]
     return f"{', '.join(keys)} differ{'s' if len(keys) == 1 else ''}"
 
 
-def _notes(
-    old_run: dict[str, Any], new_run: dict[str, Any], small: bool, faults: tuple[int, int]
-) -> list[str]:
+def _notes(old: RunInfo, new: RunInfo, small: bool, faults: tuple[int, int]) -> list[str]:
     notes = []
-    made_of = ("predictor", "implementation", "weights", "versions", "renderer", *ORIGIN)
-    if found := differences(old_run, new_run, made_of, ("in the baseline", "in the new run")):
+    if found := old.differences(new, Group.MAKING, Group.ORIGIN, places=PLACES):
         notes.append(f"Not the same in both: {listed(found).rsplit(' differ', 1)[0]}.")
     if faults[1] > faults[0]:
         notes.append(

@@ -6,7 +6,8 @@ import re
 from xml.etree import ElementTree as Xml
 
 from grasp_bench.report.gate import Checked, Verdict
-from grasp_bench.runs.statistics import wilson
+from grasp_bench.report.tables import TextTable, escaped, markdown
+from grasp_bench.runs.statistics import Rate
 
 SHOWN = 12
 """Changed trials that are listed."""
@@ -38,8 +39,8 @@ def rows(checked: Checked) -> list[tuple[str, str]]:
     n, (low, high) = checked.pairs.trials, checked.interval
     before, after = checked.successes
     return [
-        ("Baseline", _rate(before, n)),
-        ("New", _rate(after, n)),
+        ("Baseline", str(Rate(before, n))),
+        ("New", str(Rate(after, n))),
         (
             "Difference",
             f"{checked.pairs.difference:+.1%}, {1 - 2 * checked.alpha:.0%} interval {low:+.1%} – "
@@ -86,25 +87,20 @@ def as_text(checked: Checked) -> str:
 def as_markdown(checked: Checked) -> str:
     """For a pull request's summary page."""
     mark = {True: "❌", False: "⚠️" if checked.verdict is Verdict.INCONCLUSIVE else "✅"}[checked.failed]
-    lines = [
-        f"### {mark} grasp-bench: {checked.verdict}",
-        "",
-        _cell(meaning(checked)),
-        "",
-        "| | |",
-        "|---|---|",
-    ]
-    lines += [f"| {_cell(name)} | {_cell(value)} |" for name, value in rows(checked)]
+    title, more = f"{mark} grasp-bench: {checked.verdict}", len(checked.changed) - SHOWN
+    tables = [TextTable(title, ("", ""), rows(checked), lead=meaning(checked), level=3)]
     if checked.changed:
-        lines += ["", "| Trial | Object | Before | Now | Why |", "|---:|---|---|---|---|"]
-        lines += [
-            f"| {c.trial} | {_cell(c.object)} | {c.before} | {c.after} | {_cell(c.detail)} |"
-            for c in checked.changed[:SHOWN]
-        ]
-        if len(checked.changed) > SHOWN:
-            lines.append(f"\n… and {len(checked.changed) - SHOWN} more.")
-    lines += ["", *(f"> {_cell(note)}" for note in checked.notes)] if checked.notes else []
-    return "\n".join(lines) + "\n"
+        tables.append(
+            TextTable(
+                "",
+                ("Trial", "Object", "Before", "Now", "Why"),
+                [[str(c.trial), c.object, c.before, c.after, c.detail] for c in checked.changed[:SHOWN]],
+                note=f"… and {more} more." if more > 0 else "",
+                numbers=(0,),
+            )
+        )
+    notes = [f"> {escaped(note)}\n" for note in checked.notes]
+    return markdown(tables) + ("\n" + "".join(notes) if notes else "")
 
 
 def as_junit(checked: Checked) -> bytes:
@@ -137,17 +133,6 @@ def as_junit(checked: Checked) -> bytes:
     root.append(suite)
     Xml.indent(root)
     return Xml.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n"
-
-
-def _rate(successes: int, trials: int) -> str:
-    low, high = wilson(successes, trials)
-    return f"{successes}/{trials} = {successes / trials:.1%} (95 % interval {low:.1%} – {high:.1%})"
-
-
-def _cell(text: str) -> str:
-    """Text that Markdown shows as it is: results files may hold anything."""
-    plain = " ".join(text.split()).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
-    return re.sub(r"([\\`*_\[\]|~])", r"\\\1", plain)
 
 
 def _xml(text: str) -> str:

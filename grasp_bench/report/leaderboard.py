@@ -8,21 +8,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from grasp_bench.errors import ResultsError, ScenarioError
 from grasp_bench.predictors.shipped import SHIPPED
-from grasp_bench.runs.folder import TRIALS, load_run, read_lines
-from grasp_bench.runs.statistics import wilson
-from grasp_bench.scenario.outcomes import HARNESS_FAULTS, Outcome
-from grasp_bench.scenario.reading import load_scenario, parse_scenario
+from grasp_bench.report.tables import Markdown, TextTable, escaped, markdown, rate_cells
+from grasp_bench.runs.folder import TRIALS
+from grasp_bench.runs.info import RunInfo
+from grasp_bench.runs.lines import read_lines
+from grasp_bench.runs.record import TrialRecord
+from grasp_bench.runs.results import RunResults
+from grasp_bench.runs.statistics import Rate
+from grasp_bench.scenario.reading import load_scenario
 
 ABOUT = "about.yaml"
 SCENARIO = "table4"
 SEED = 0
+HEAD = ("Predictor", "Authors", "Lifted", "Rate", "95 % interval", "Harness faults", "Trained on")
 
 
 class About(BaseModel):
@@ -63,22 +67,17 @@ class Row:
     Attributes:
         about: name, authors, training.
         control: it is one of the benchmark's own bounds.
-        successes, trials: counted.
+        lifted: successes among its trials.
         faults: trials that ended unstable, in a timeout or an error; failures, too.
-        interval: 95 % Wilson interval of the rate.
-        versions: of the software.
     """
 
     about: About
     control: bool
-    successes: int
-    trials: int
+    lifted: Rate
     faults: int
-    interval: tuple[float, float]
-    versions: dict[str, str]
 
 
-def read_about(folder: Path, run: dict[str, Any]) -> About:
+def read_about(folder: Path, run: RunInfo) -> About:
     """What ``about.yaml`` says, or for a shipped predictor what is known of it.
 
     Raises:
@@ -86,10 +85,10 @@ def read_about(folder: Path, run: dict[str, Any]) -> About:
     """
     path = folder / ABOUT
     if not path.is_file():
-        if (shipped := SHIPPED.get(run["predictor"])) is None:
+        if (shipped := SHIPPED.get(run.predictor)) is None:
             raise ResultsError(f"{path} is missing: say name, authors, trained_on and, if there is one, link")
         trained = "nothing" if shipped.weights is None else f"see {shipped.weights.card}"
-        return About(name=run["predictor"], authors="grasp-bench", trained_on=trained)
+        return About(name=run.predictor, authors="grasp-bench", trained_on=trained)
     try:
         return About.model_validate(yaml.safe_load(path.read_text(encoding="utf-8")))
     except (yaml.YAMLError, UnicodeDecodeError) as error:
@@ -106,8 +105,8 @@ def check(folder: Path) -> list[Check]:
     Raises:
         ResultsError: when the folder holds no run, or one that cannot be read.
     """
-    run = load_run(folder)
-    records, _ = read_lines(folder / TRIALS)
+    run = RunResults(folder).info
+    records = read_lines(folder / TRIALS)
     return [
         Check("about.yaml names predictor, authors and training data", _about_fault(folder, run)),
         Check(f"the scenario is {SCENARIO}, seed {SEED}, ray caster", _setting_fault(run)),
@@ -127,22 +126,36 @@ def load_row(folder: Path) -> Row:
     for condition in check(folder):
         if not condition.passed:
             raise ResultsError(f"{folder} cannot be a row: {condition.fault}.")
-    run = load_run(folder)
-    records, _ = read_lines(folder / TRIALS)
-    won = sum(r["success"] for r in records)
-    shipped = SHIPPED.get(run["predictor"])
-    return Row(
-        read_about(folder, run),
-        shipped is not None and shipped.kind == "control",
-        won,
-        len(records),
-        sum(r["outcome"] in HARNESS_FAULTS for r in records),
-        wilson(won, len(records)),
-        dict(run["versions"]),
-    )
+    run = RunResults(folder)
+    shipped = SHIPPED.get(run.predictor)
+    control = shipped is not None and shipped.kind == "control"
+    return Row(read_about(folder, run.info), control, run.lifted, run.faults)
 
 
-def _about_fault(folder: Path, run: dict[str, Any]) -> str:
+def table(rows: list[Row]) -> TextTable:
+    """Contestants by rate, then the controls.
+
+    Rows whose intervals overlap are not ordered by it: the order is that of the counts.
+    """
+    ordered = sorted(rows, key=lambda r: (r.control, -r.lifted.rate, r.about.name))
+    return TextTable("", HEAD, list(map(_cells, ordered)), numbers=(2, 3, 4, 5))
+
+
+def _cells(row: Row) -> list[str]:
+    about, name = row.about, escaped(row.about.name)
+    if about.link:
+        name = f"[{name}](<{about.link}>)"
+    if row.control:
+        name = f"*{name}* (control)"
+    return [Markdown(name), about.authors, *rate_cells(row.lifted), str(row.faults), about.trained_on]
+
+
+def as_markdown(rows: list[Row]) -> str:
+    """The leaderboard as a Markdown table."""
+    return markdown([table(rows)]).rstrip()
+
+
+def _about_fault(folder: Path, run: RunInfo) -> str:
     try:
         read_about(folder, run)
     except ResultsError as error:
@@ -150,27 +163,27 @@ def _about_fault(folder: Path, run: dict[str, Any]) -> str:
     return ""
 
 
-def _setting_fault(run: dict[str, Any]) -> str:
+def _setting_fault(run: RunInfo) -> str:
     try:
-        given = parse_scenario(run.get("scenario") or {}, "run.json").model_dump()
+        given = run.parsed().model_dump()
     except ScenarioError as error:
         return str(error)
     expected = load_scenario(SCENARIO).model_dump()
     differing = [k for k in expected if k != "description" and expected[k] != given[k]]
     if differing:
         return f"its scenario differs from {SCENARIO} in {', '.join(differing)}"
-    if run.get("seed") != SEED:
-        return f"its seed is {run.get('seed')}, not {SEED}"
-    if run.get("renderer") != "raycast":
-        return f"its images were made by {run.get('renderer')!r}, not by raycast"
+    if run.seed != SEED:
+        return f"its seed is {run.seed}, not {SEED}"
+    if run.renderer != "raycast":
+        return f"its images were made by {run.renderer!r}, not by raycast"
     return ""
 
 
-def _objects_fault(run: dict[str, Any]) -> str:
+def _objects_fault(run: RunInfo) -> str:
     from grasp_bench.objects.catalog import Catalog
 
     shipped = {name: entry["files"] for name, entry in Catalog().entries.items()}
-    given = run.get("objects", {})
+    given = run.objects
     missing = [n for n in shipped if n not in given]
     if missing:
         return f"{len(missing)} of {len(shipped)} objects were not tried, such as {missing[0]}"
@@ -180,43 +193,31 @@ def _objects_fault(run: dict[str, Any]) -> str:
     return f"{len(changed)} objects differ from the shipped ones, such as {changed[0]}" if changed else ""
 
 
-def _trials_fault(run: dict[str, Any], records: list[dict[str, Any]]) -> str:
-    names = list(run.get("objects", {}))
-    planned = run.get("trials")
-    if not names or not isinstance(planned, int) or planned % len(names):
+def _trials_fault(run: RunInfo, records: list[TrialRecord]) -> str:
+    names, planned = list(run.objects), run.trials
+    if not names or planned % len(names):
         return f"{planned} trials cannot be spread evenly over {len(names)} objects"
-    if [r["trial"] for r in records] != list(range(planned)):
+    if [r.trial for r in records] != list(range(planned)):
         return (
             f"it holds {len(records)} of {planned} trials, or not in order; the same command again "
             "finishes it"
         )
-    wrong = [
-        r["trial"]
-        for r in records
-        if r.get("object") != names[r["trial"] % len(names)] or r.get("seed") != run.get("seed")
-    ]
+    wrong = [r.trial for r in records if (r.object, r.seed) != (names[r.trial % len(names)], run.seed)]
     return f"trial {wrong[0]} names another object or seed than the run" if wrong else ""
 
 
-def _record_fault(records: list[dict[str, Any]]) -> str:
+def _record_fault(records: list[TrialRecord]) -> str:
     lift = load_scenario(SCENARIO).success.minimum_lift
     for r in records:
-        if r.get("outcome") not in set(Outcome) or r.get("success") != (r.get("outcome") == Outcome.SUCCESS):
-            return f"trial {r['trial']} says success={r.get('success')} with outcome {r.get('outcome')!r}"
-        if r["success"] and not (
-            r.get("grasp")
-            and r.get("pose")
-            and r.get("lift_height", 0) >= lift
-            and r.get("contact_force", 0) > 0
-            and r.get("sim_steps", 0) > 0
-        ):
-            return f"trial {r['trial']} is a success without grasp, lift or contact force"
+        held = r.grasp and r.pose and r.lift_height >= lift and r.contact_force > 0 and r.sim_steps > 0
+        if r.success and not held:
+            return f"trial {r.trial} is a success without grasp, lift or contact force"
     return ""
 
 
-def _weights_fault(run: dict[str, Any]) -> str:
-    shipped = SHIPPED.get(run["predictor"])
+def _weights_fault(run: RunInfo) -> str:
+    shipped = SHIPPED.get(run.predictor)
     if shipped is None or (weights := shipped.weights) is None:
         return ""
-    given = (run.get("weights") or {}).get(weights.name)
+    given = (run.weights or {}).get(weights.name)
     return "" if given == weights.digest else f"it ran with other weights than the shipped {weights.name}"

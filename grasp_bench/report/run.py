@@ -23,20 +23,16 @@ class Run(RunResults):
     @property
     def figures(self) -> dict[str, Any]:
         """All that a report says of this run, as plain data."""
-        from grasp_bench.report.table4 import summarise
+        from grasp_bench.report.summary import Summary
 
-        figures = summarise(self.folder)
-        if figures is None:
-            self.check_not_empty()
-        assert figures is not None
-        return figures
+        return Summary.of(self).to_json()
 
     def report(self) -> str:
         """Markdown: Table 4 of the paper with this run beside it, and how its trials ended."""
-        from grasp_bench.report.table4 import build_report
-        from grasp_bench.report.text import as_markdown
+        from grasp_bench.report.table4 import Report
+        from grasp_bench.report.tables import markdown
 
-        return as_markdown(build_report([self.folder], self.folder))
+        return markdown(Report.of([self]).tables())
 
     def write_report(
         self, out: str | os.PathLike[str] | None = None, objects: str | os.PathLike[str] | None = None
@@ -74,13 +70,11 @@ class Run(RunResults):
         head = f"<b>{html.escape(self.predictor)}</b> on {html.escape(self.info.scenario_name)}"
         if not len(self):
             return f"<p>{head}: no trial yet</p>"
-        low, high = self.interval
         rows = "".join(
             f"<tr><td>{html.escape(o)}</td><td>{n}</td><td>{n / len(self):.1%}</td></tr>"
             for o, n in self.outcomes.items()
         )
         return (
-            f"<p>{head}: {self.successes}/{len(self)} = {self.rate:.1%} "
-            f"(95 % interval {low:.1%} – {high:.1%})</p>"
+            f"<p>{head}: {self.lifted}</p>"
             f"<table><tr><th>Outcome</th><th>Trials</th><th>Share</th></tr>{rows}</table>"
         )

@@ -1,115 +1,165 @@
-"""The paper's Table 4, and the rows of our runs beside it."""
+"""The paper's Table 4 with our runs beside it, and how their trials ended."""
 
 from __future__ import annotations
 
-from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from grasp_bench.report.clutter import summarise_clutter
-from grasp_bench.runs.folder import iter_timings, load_records, load_run
-from grasp_bench.runs.statistics import wilson
+from grasp_bench.report.clutter import attempts_in_words, in_words
+from grasp_bench.report.paper import TABLE_4
+from grasp_bench.report.summary import Summary, worst_objects
+from grasp_bench.report.tables import RATE_HEAD, TextTable, rate_cells
+from grasp_bench.runs.results import RunResults
+from grasp_bench.runs.statistics import Rate
 
-NOTE = (
-    "Rows marked “paper” are real-robot results as printed in Table 4 of the HTC-Grasp paper: other "
+TITLE = "Table 4, re-measured"
+ROBOTS = (
+    "are real-robot results as printed in Table 4 of the HTC-Grasp paper: other "
     "robots, other objects, other success rules. They are not directly comparable with the simulated "
     "rows, nor with each other: their 95 % Wilson intervals all overlap, so no order can be "
     "claimed from them."
 )
+NOTE = f"Rows marked “paper” {ROBOTS}"
 
 
 @dataclass(frozen=True)
-class PaperRow:
-    """A row of the paper's Table 4."""
+class Row:
+    """A row of Table 4.
+
+    Attributes:
+        authors, system: who tried what.
+        lifted: successes among trials.
+        printed_rate: what the paper prints [%]; None for a run of ours.
+        run: name of the run; None for a row of the paper.
+    """
 
     authors: str
     system: str
-    successes: int
-    trials: int
-    printed_rate: float
+    lifted: Rate
+    printed_rate: float | None = None
+    run: str | None = None
+
+    @property
+    def source(self) -> str:
+        """``paper`` or ``simulation``."""
+        return "paper" if self.run is None else "simulation"
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "authors": self.authors,
+            "system": self.system,
+            **self.lifted.to_json(),
+            "printed_rate": self.printed_rate,
+            "source": self.source,
+            "run": self.run,
+        }
 
 
-PAPER = (
-    PaperRow("Lenz", "SAE", 89, 100, 89.0),
-    PaperRow("Morrison", "GG-CNN", 110, 120, 92.0),  # 110/120 is 91.7 %; the paper prints 92.0 %
-    PaperRow("Chu", "ResNet-50", 89, 100, 89.0),
-    PaperRow("Wang", "TF-Grasp", 152, 165, 92.1),
-    PaperRow("HTC-Grasp authors", "HTC-Grasp", 168, 180, 93.3),
+PAPER = tuple(
+    Row(row.authors, row.system, Rate(row.successes, row.trials), row.printed_rate) for row in TABLE_4
 )
 
 
-def rate_of(successes: int, trials: int) -> dict[str, Any]:
-    """A rate as all rows have it: ``successes``, ``trials``, ``rate`` and ``wilson95``."""
-    low, high = wilson(successes, trials)
-    return {"successes": successes, "trials": trials, "rate": successes / trials, "wilson95": [low, high]}
+@dataclass(frozen=True)
+class Report:
+    """What is told of several runs.
 
+    Attributes:
+        runs: figures of each.
+    """
 
-def summarise(folder: Path, root: Path | None = None) -> dict[str, Any] | None:
-    """Figures of one run, named by its path below ``root``; None when it holds no trial yet."""
-    run, trials = load_run(folder), load_records(folder)
-    if not trials:
-        return None
-    timings = list(iter_timings(folder))
-    phases = sorted({k for t in timings for k in t} - {"trial"})
-    seconds = {p: round(sum(t.get(p, 0.0) for t in timings) / len(timings), 5) for p in phases}
-    episodes = [t["clutter"] for t in trials if t.get("clutter") is not None]
-    return {
-        "clutter": summarise_clutter(episodes, len(trials)) if run["scenario"].get("clutter") else None,
-        "run": folder.name if root in (None, folder) else folder.relative_to(root).as_posix(),
-        "predictor": run["predictor"],
-        "scenario": run["scenario"]["name"],
-        "seed": run["seed"],
-        "renderer": run["renderer"],
-        "weights": run.get("weights"),
-        "planned_trials": run["trials"],
-        **rate_of(sum(t["success"] for t in trials), len(trials)),
-        "outcomes": dict(sorted(Counter(t["outcome"] for t in trials).items(), key=lambda o: (-o[1], o[0]))),
-        "by_category": _by(trials, "category"),
-        "by_object": _by(trials, "object"),
-        "timings": seconds,
-    }
+    runs: tuple[Summary, ...]
 
+    @classmethod
+    def of(cls, runs: Iterable[RunResults], root: Path | None = None) -> Report:
+        """The report of all runs that hold a trial, named by their paths below ``root``."""
+        return cls(tuple(Summary.of(run, root) for run in runs if len(run)))
 
-def _by(trials: list[dict[str, Any]], key: str) -> dict[str, dict[str, int]]:
-    """Successes and trials of each group, sorted by name."""
-    count = Counter(t[key] for t in trials)
-    won = Counter(t[key] for t in trials if t["success"])
-    return {name: {"successes": won[name], "trials": count[name]} for name in sorted(count)}
+    @property
+    def rows(self) -> list[Row]:
+        """Table 4: the paper's rows, and one for each run on single objects."""
+        own = [
+            Row("grasp-bench", r.info.predictor, r.lifted, run=r.run) for r in self.runs if r.clutter is None
+        ]
+        return [*PAPER, *own]
 
-
-def build_report(folders: list[Path], root: Path | None = None) -> dict[str, Any]:
-    """All runs below ``root`` with their figures, and Table 4 with a row for each."""
-    runs = [s for s in (summarise(f, root) for f in folders) if s is not None]
-    table: list[dict[str, Any]] = [
-        {
-            "authors": row.authors,
-            "system": row.system,
-            **rate_of(row.successes, row.trials),
-            "printed_rate": row.printed_rate,
-            "source": "paper",
-            "run": None,
+    def to_json(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "note": NOTE,
+            "runs": [run.to_json() for run in self.runs],
+            "table4": [row.to_json() for row in self.rows],
         }
-        for row in PAPER
-    ]
-    table += [
-        {
-            "authors": "grasp-bench",
-            "system": r["predictor"],
-            **{k: r[k] for k in ("successes", "trials", "rate", "wilson95")},
-            "printed_rate": None,
-            "source": "simulation",
-            "run": r["run"],
-        }
-        for r in runs
-        if r["clutter"] is None
-    ]
-    return {"note": NOTE, "runs": runs, "table4": table}
+
+    def tables(self) -> list[TextTable]:
+        """Table 4, and how the trials of each run ended."""
+        rows = self.rows
+        sources = ["paper, real robot" if row.run is None else row.run for row in rows]
+        return [table_4(rows, {"Source": sources}), *map(_endings, self.runs)]
 
 
-def worst_objects(run: dict[str, Any], count: int = 10) -> list[tuple[str, int, int]]:
-    """Objects that failed most: (name, successes, trials)."""
-    failures = [
-        (n, o["successes"], o["trials"]) for n, o in run["by_object"].items() if o["successes"] < o["trials"]
+def build_report(folders: Iterable[Path], root: Path | None = None) -> Report:
+    """The report of the runs in ``folders``, named by their paths below ``root``."""
+    return Report.of(map(RunResults, folders), root)
+
+
+def table_4(
+    rows: Sequence[Row],
+    more: dict[str, list[str]],
+    title: str = TITLE,
+    note: str = NOTE,
+    numbers: Sequence[int] = (),
+) -> TextTable:
+    """Table 4.
+
+    Args:
+        rows: of the paper, and below them ours.
+        more: further columns by their heads, a cell for each row.
+        title: of the table.
+        note: on the rows.
+        numbers: which of the further columns hold numbers.
+    """
+    head = ("Authors", "System", *RATE_HEAD, "Printed")
+    cells = [
+        [
+            row.authors,
+            row.system,
+            *rate_cells(row.lifted),
+            "" if row.printed_rate is None else f"{row.printed_rate:.1f} %",
+            *(column[i] for column in more.values()),
+        ]
+        for i, row in enumerate(rows)
     ]
-    return sorted(failures, key=lambda o: (o[1] / o[2], -o[2], o[0]))[:count]
+    return TextTable(
+        title,
+        (*head, *more),
+        cells,
+        note=note,
+        numbers=(2, 3, 4, 5, *(len(head) + i for i in numbers)),
+        paper=frozenset(i for i, row in enumerate(rows) if row.run is None),
+    )
+
+
+def _endings(run: Summary) -> TextTable:
+    """How the trials of a run ended."""
+    partial = f", {run.missing} to go" if run.missing else ""
+    info, trials = run.info, run.lifted.trials
+    lead = ""
+    if run.clutter is not None:
+        lead = (
+            f"Clutter, {run.clutter.episodes} tables: {in_words(run.clutter)}. Lifted, by the number of the "
+            f"attempt: {attempts_in_words(run.clutter)}. Outcomes of whole tables:"
+        )
+    worst = ", ".join(f"{name} {o.successes}/{o.trials}" for name, o in worst_objects(run.by_object))
+    return TextTable(
+        f"{run.run}: {info.predictor} on {info.scenario_name}, seed {info.seed}, {info.renderer}{partial}",
+        ("Outcome", "Trials", "Share"),
+        [[outcome, str(count), f"{count / trials:.1%}"] for outcome, count in run.outcomes.items()],
+        lead=lead,
+        note=f"Hardest objects: {worst or 'none failed'}",
+        numbers=(1, 2),
+        level=3,
+    )

@@ -17,9 +17,6 @@ from grasp_bench.grasps import Grasp, GraspPose
 from grasp_bench.runs.schema import Count, Number, Stored, Text, shown
 from grasp_bench.scenario.outcomes import Outcome
 
-LEADING = ("trial", "attempt", "object", "category", "seed", "outcome", "success")
-"""Keys with which a line begins; all others follow in the order of their fields."""
-
 
 class TcpError(NamedTuple):
     """How far the TCP was from its plan before the fingers closed: distance [m] and angle [rad]."""
@@ -94,6 +91,8 @@ class Attempted(Stored):
         sim_steps: physics steps taken.
     """
 
+    leading = ("trial", "attempt", "object", "category", "seed", "outcome", "success")
+
     object: Text
     category: Text
     outcome: Annotated[Outcome, Field(description=f"one of {', '.join(map(str, Outcome))}")]
@@ -121,14 +120,15 @@ class Attempted(Stored):
         success = rest.pop("success")
         if success is not True and success is not False:
             raise ValueError(f"'success' must be true or false, not {shown(success)}")
-        if success is not (rest.get("outcome") == Outcome.SUCCESS):
-            raise ValueError(f"'success' is {success} where the outcome is {rest.get('outcome')!r}")
+        outcome = rest.get("outcome")
+        if outcome in list(Outcome) and success is not (outcome == Outcome.SUCCESS):
+            raise ValueError(f"'success' is {success} where the outcome is {outcome!r}")
         return rest
 
     @model_serializer(mode="wrap")
     def _in_order(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         content = handler(self) | {"success": self.success}
-        return {k: content[k] for k in [*(k for k in LEADING if k in content), *content]}
+        return {k: content[k] for k in [*(k for k in self.leading if k in content), *content]}
 
 
 class AttemptRecord(Attempted):

@@ -14,7 +14,7 @@ from grasp_bench.errors import ResultsError
 from grasp_bench.runs.folder import load_records, load_run, load_timings
 from grasp_bench.runs.info import RunInfo
 from grasp_bench.runs.record import NESTED, TrialRecord
-from grasp_bench.runs.statistics import mcnemar, wilson
+from grasp_bench.runs.statistics import Rate, mcnemar
 from grasp_bench.scenario.outcomes import HARNESS_FAULTS
 
 if TYPE_CHECKING:
@@ -86,14 +86,23 @@ class RunResults:
         return sum(record.success for record in self.records)
 
     @property
-    def rate(self) -> float:
-        """Successes over trials; harness faults count as failures.
+    def lifted(self) -> Rate:
+        """Successes among trials; harness faults count as failures.
 
         Raises:
             ResultsError: when there is no trial yet.
         """
         self.check_not_empty()
-        return self.successes / len(self)
+        return Rate(self.successes, len(self))
+
+    @property
+    def rate(self) -> float:
+        """Successes over trials.
+
+        Raises:
+            ResultsError: when there is no trial yet.
+        """
+        return self.lifted.rate
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -102,8 +111,7 @@ class RunResults:
         Raises:
             ResultsError: when there is no trial yet.
         """
-        self.check_not_empty()
-        return wilson(self.successes, len(self))
+        return self.lifted.interval
 
     @property
     def outcomes(self) -> dict[str, int]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import warnings
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -19,7 +19,11 @@ class Stored(BaseModel):
     A field's description says what it must be, for errors.
     """
 
-    model_config = ConfigDict(extra="allow", frozen=True, arbitrary_types_allowed=True)
+    model_config = ConfigDict(
+        extra="allow", frozen=True, arbitrary_types_allowed=True, ser_json_inf_nan="constants"
+    )
+    leading: ClassVar[tuple[str, ...]] = ()
+    """Keys that come first, in files and among errors; the others follow in the order of their fields."""
 
     @classmethod
     def read(cls, content: Any) -> Self:
@@ -33,7 +37,7 @@ class Stored(BaseModel):
         try:
             return cls.model_validate(content)
         except ValidationError as error:
-            first = error.errors()[0]
+            first = min(error.errors(), key=lambda e: cls._place(*e["loc"][:1]))
             if not first["loc"]:
                 raise ValueError(first["msg"].removeprefix("Value error, ")) from error
             key = str(first["loc"][0])
@@ -42,6 +46,10 @@ class Stored(BaseModel):
             field = cls.model_fields.get(key)  # None for one of those that only this content has
             words = field.description if field and field.description else "a number"
             raise ValueError(f"{key!r} must be {words}, not {shown(content[key])}") from error
+
+    @classmethod
+    def _place(cls, key: int | str = "") -> int:
+        return cls.leading.index(str(key)) if key in cls.leading else len(cls.leading)
 
     def to_json(self) -> dict[str, Any]:
         """Plain data, as it is written."""

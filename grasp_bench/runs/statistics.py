@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from statistics import NormalDist
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,6 +27,36 @@ def wilson(successes: int, trials: int, confidence: float = 0.95) -> tuple[float
     middle = (successes + z2 / 2) / (trials + z2)
     half = math.sqrt(z2 * (successes * failures / trials + z2 / 4)) / (trials + z2)
     return middle - half if successes else 0.0, middle + half if failures else 1.0
+
+
+@dataclass(frozen=True)
+class Rate:
+    """Successes among trials; of no trials nothing is known: the rate is 0, its interval all of [0, 1]."""
+
+    successes: int
+    trials: int
+
+    @property
+    def rate(self) -> float:
+        """Successes over trials."""
+        return self.successes / self.trials if self.trials else 0.0
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """95 % Wilson score interval."""
+        return wilson(self.successes, self.trials) if self.trials else (0.0, 1.0)
+
+    def __str__(self) -> str:
+        low, high = self.interval
+        return f"{self.successes}/{self.trials} = {self.rate:.1%} (95 % interval {low:.1%} – {high:.1%})"
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data: the counts, the rate and its interval."""
+        return self.counts() | {"rate": self.rate, "wilson95": list(self.interval)}
+
+    def counts(self) -> dict[str, int]:
+        """Plain data: the counts alone."""
+        return {"successes": self.successes, "trials": self.trials}
 
 
 def mcnemar(first_only: int, second_only: int) -> float:

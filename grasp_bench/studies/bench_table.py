@@ -11,10 +11,11 @@ from grasp_bench.errors import AssetError, GraspBenchError, ResultsError
 from grasp_bench.networks.registry import all_weights, build, family, parameter_count
 from grasp_bench.networks.store import stored_input
 from grasp_bench.predictors.shipped import SHIPPED
-from grasp_bench.report.accuracy import TextTable, ablation_table, accuracy_table, rate_cells
-from grasp_bench.report.run import Run
-from grasp_bench.report.table4 import PAPER
-from grasp_bench.runs.statistics import holm, trials_to_distinguish, wilson
+from grasp_bench.report.accuracy import ablation_table, accuracy_table
+from grasp_bench.report.table4 import PAPER, ROBOTS, TITLE, Row, table_4
+from grasp_bench.report.tables import RATE_HEAD, TextTable, rate_cells
+from grasp_bench.runs.results import Comparison, RunResults
+from grasp_bench.runs.statistics import Rate, holm, trials_to_distinguish
 
 REFERENCE = "htc-grasp"
 UNABLATED = "htc-grasp-1000"
@@ -24,12 +25,11 @@ SWITCHES = ("external_attention", "channel_attention")
 FORMAT = 1
 
 NOTE = (
-    "Paper rows are real-robot results as printed, on other robots and other objects; they are not "
-    "directly comparable. All rows of grasp-bench are of the same trials. Alone: trials in which only "
-    "the reference, and only this system, succeeded; p: McNemar's exact two-sided test against the "
-    "reference, Holm-corrected over all rows; trials to tell: after how many such trials the two would "
-    "be told apart at 5 % with 80 % power if the observed shares were true (Connor, Biometrics 43, "
-    "1987)."
+    f"Rows with a printed rate {ROBOTS} "
+    "All rows of grasp-bench are of the same trials. Alone: trials in which only the reference, and only "
+    "this system, succeeded; p: McNemar's exact two-sided test against the reference, Holm-corrected over "
+    "all rows; trials to tell: after how many such trials the two would be told apart at 5 % with 80 % power "
+    "if the observed shares were true (Connor, Biometrics 43, 1987)."
 )
 
 
@@ -77,7 +77,7 @@ def compare(folders: Sequence[Path], reference: str = REFERENCE) -> dict[str, An
     Raises:
         ResultsError: when a run is damaged or empty, or did other trials than the reference.
     """
-    runs = [Run(f) for f in folders]
+    runs = [RunResults(f) for f in folders]
     against = next((r for r in runs if r.predictor == reference), None)
     rows: list[dict[str, Any]] = []
     for run in sorted(runs, key=lambda r: (_kind(r.predictor) == "control", -r.successes, r.predictor)):
@@ -85,15 +85,12 @@ def compare(folders: Sequence[Path], reference: str = REFERENCE) -> dict[str, An
             "predictor": run.predictor,
             "kind": _kind(run.predictor),
             "run": run.folder.name,
-            "successes": run.successes,
-            "trials": len(run),
-            "rate": run.rate,
-            "wilson95": list(run.interval),
-            "planned_trials": run.info["trials"],
-            "weights": trained_on(run.predictor, run.info["weights"]),
+            **run.lifted.to_json(),
+            "planned_trials": run.info.trials,
+            "weights": trained_on(run.predictor, run.info.weights),
         }
         if against is not None and run is not against:
-            pairs = against.compare(run)
+            pairs = Comparison.of(against, run)
             shares = pairs.first_only / pairs.trials, pairs.second_only / pairs.trials
             row |= {
                 "reference_only": pairs.first_only,
@@ -103,19 +100,19 @@ def compare(folders: Sequence[Path], reference: str = REFERENCE) -> dict[str, An
             }
         rows.append(row)
     _correct(rows)
-    first = (against or runs[0]).info if runs else {}
+    first = (against or runs[0]).info if runs else None
     return {
         "format": FORMAT,
         "kind": "bench-table",
         "reference": reference if against else None,
-        "scenario": first.get("scenario", {}).get("name"),
-        "seed": first.get("seed"),
+        "scenario": first.scenario_name if first else None,
+        "seed": first.seed if first else None,
         "rows": rows,
         "ablations": _ablations(runs),
     }
 
 
-def _ablations(runs: Sequence[Run]) -> list[dict[str, Any]]:
+def _ablations(runs: Sequence[RunResults]) -> list[dict[str, Any]]:
     """The runs of HTC-Grasp and its ablations, these compared with :data:`UNABLATED` trial by trial."""
     by_name = {r.predictor: r for r in runs}
     whole, rows = by_name.get(UNABLATED), []
@@ -123,9 +120,9 @@ def _ablations(runs: Sequence[Run]) -> list[dict[str, Any]]:
         arguments = all_weights()[name][0].arguments
         row: dict[str, Any] = {"predictor": name, **{s: arguments.get(s, True) for s in SWITCHES}}
         if (run := by_name.get(name)) is not None:
-            row |= {"successes": run.successes, "trials": len(run)}
+            row |= run.lifted.counts()
             if whole is not None and run is not whole:
-                pairs = whole.compare(run)
+                pairs = Comparison.of(whole, run)
                 row |= {
                     "whole_only": pairs.first_only,
                     "this_only": pairs.second_only,
@@ -214,7 +211,7 @@ def tables(comparison: dict[str, Any], evaluations: Sequence[dict[str, Any]]) ->
     weights = _weights_table(comparison)
     ablations = [e for e in evaluations if e["predictor"] in (REFERENCE, *family(UNABLATED))]
     return [
-        table_4(comparison),
+        _compared(comparison),
         *([weights] if weights.rows else []),
         *found,
         *([ablation_table(ablations)] if ablations else []),
@@ -222,38 +219,24 @@ def tables(comparison: dict[str, Any], evaluations: Sequence[dict[str, Any]]) ->
     ]
 
 
-def table_4(comparison: dict[str, Any]) -> TextTable:
-    """The paper's rows, then ours."""
-    rows = []
-    for row in PAPER:
-        low, high = wilson(row.successes, row.trials)
-        rows.append(
-            [
-                f"{row.system} ({row.authors}, real robot)",
-                f"{row.successes}/{row.trials}",
-                f"{row.printed_rate:.1f}%",
-                f"{low:.1%} – {high:.1%}",
-                "",
-                "",
-                "",
-            ]
-        )
+def _compared(comparison: dict[str, Any]) -> TextTable:
+    """Table 4, with how each row compares with the reference."""
+    rows, alone, p, tell = list(PAPER), *([""] * len(PAPER) for _ in range(3))
     for row in comparison["rows"]:
-        rate, counted, interval = rate_cells(row["successes"], row["trials"])
-        name = row["predictor"] + (" (control)" if row["kind"] == "control" else "")
         missing = row["planned_trials"] - row["trials"]
-        alone = p = tell = ""
-        if "p_value" in row:
-            alone, p = f"{row['reference_only']} : {row['this_only']}", f"{row['p_holm']:.2g}"
-            tell = "∞" if row["trials_to_tell"] is None else str(row["trials_to_tell"])
+        name = row["predictor"] + (" (control)" if row["kind"] == "control" else "")
         name += f", {missing} to go" if missing else ""
-        rows.append([name, counted, rate, interval, alone, p, tell])
-    title = "Table 4, re-measured"
+        rows.append(Row("grasp-bench", name, Rate(row["successes"], row["trials"]), run=row["run"]))
+        compared = "p_value" in row
+        alone.append(f"{row['reference_only']} : {row['this_only']}" if compared else "")
+        p.append(f"{row['p_holm']:.2g}" if compared else "")
+        tell.append(str(row["trials_to_tell"] or "∞") if compared else "")
+    title = TITLE
     if comparison["scenario"]:
         title += f": {comparison['scenario']}, seed {comparison['seed']}"
     reference = f" Reference: {comparison['reference']}." if comparison["reference"] else ""
-    head = ("System", "Grasped", "Rate", "95 % interval", "Alone", "p (Holm)", "Trials to tell")
-    return TextTable(title, head, rows, NOTE + reference, range(1, 7), frozenset(range(len(PAPER))))
+    more = {"Alone": alone, "p (Holm)": p, "Trials to tell": tell}
+    return table_4(rows, more, title, NOTE + reference, numbers=range(3))
 
 
 def _weights_table(comparison: dict[str, Any]) -> TextTable:
@@ -278,7 +261,7 @@ def _weights_table(comparison: dict[str, Any]) -> TextTable:
             ]
         )
     head = ("Network", "Parameters", "Input", "Data", "Steps × batch", "Took", "Seed")
-    return TextTable("What was trained on what", head, rows, "", (1, 5, 6))
+    return TextTable("What was trained on what", head, rows, numbers=(1, 5, 6))
 
 
 def _ablations_in_physics(comparison: dict[str, Any]) -> TextTable:
@@ -286,7 +269,7 @@ def _ablations_in_physics(comparison: dict[str, Any]) -> TextTable:
     rows = []
     for row in comparison["ablations"]:
         cells = (
-            rate_cells(row["successes"], row["trials"]) if "successes" in row else ["not measured", "", ""]
+            rate_cells(Rate(row["successes"], row["trials"])) if "trials" in row else ["not measured", "", ""]
         )
         against = (
             [f"{row['whole_only']} : {row['this_only']}", f"{row['p_holm']:.2g}"]
@@ -308,19 +291,10 @@ def _ablations_in_physics(comparison: dict[str, Any]) -> TextTable:
     )
     return TextTable(
         "Table 3's ablations on the trials of Table 4",
-        (
-            "Predictor",
-            "External attention",
-            "Channel attention",
-            "Rate",
-            "Grasped",
-            "95 % interval",
-            "Alone",
-            "p (Holm)",
-        ),
+        ("Predictor", "External attention", "Channel attention", *RATE_HEAD, "Alone", "p (Holm)"),
         rows,
-        note,
-        range(3, 8),
+        note=note,
+        numbers=range(3, 8),
     )
 
 

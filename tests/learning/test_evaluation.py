@@ -24,8 +24,9 @@ from grasp_bench.learning.evaluation.metric import judge, legacy_best, raster_io
 from grasp_bench.learning.evaluation.protocols import CONVENTIONS, best_grasp, make_case
 from grasp_bench.learning.training.config import TrainConfig
 from grasp_bench.networks.store import WeightsFile
-from grasp_bench.report.accuracy import accuracy_table, markdown
+from grasp_bench.report.accuracy import accuracy_table
 from grasp_bench.report.paper import TABLE_1, TABLE_2
+from grasp_bench.report.tables import markdown
 
 
 class Bar:

@@ -10,7 +10,6 @@ import math
 import re
 from html.parser import HTMLParser
 from pathlib import Path
-from typing import Any
 
 import pytest
 from html_runs import CLOSING, HOSTILE, two_runs, write_clutter, write_run
@@ -18,12 +17,12 @@ from html_runs import CLOSING, HOSTILE, two_runs, write_clutter, write_run
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.objects.catalog import Catalog
 from grasp_bench.report import breakdown
-from grasp_bench.report.compare import compare_all, holm
+from grasp_bench.report.compare import compare_all
 from grasp_bench.report.html.page import write_html
 from grasp_bench.report.html.trials import embed, rows_of
 from grasp_bench.report.run import Run
 from grasp_bench.runs.folder import find_runs
-from grasp_bench.runs.statistics import mcnemar
+from grasp_bench.runs.statistics import Rate, mcnemar
 
 
 class Page(HTMLParser):
@@ -195,12 +194,6 @@ def test_trials_on_changed_object_files_are_not_compared(tmp_path: Path) -> None
     assert compare_all([one, two]) == []
 
 
-def test_holms_correction_is_the_textbooks() -> None:
-    assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
-    assert holm([0.9, 0.8]) == [1.0, 1.0]
-    assert holm([]) == []
-
-
 @pytest.mark.parametrize(
     ("value", "label"),
     [
@@ -222,14 +215,15 @@ def test_every_trial_is_in_one_bin_of_each_breakdown(tmp_path: Path) -> None:
     files = {n: catalog.entries[n]["files"] for n in ("apple", "coffee_mug")}
     run = Run(write_run(tmp_path / "a", "oracle", ["success", "missed", "success", "slipped"], objects=files))
     facts = breakdown.object_facts(run, catalog)
-    assert facts["apple"] == {"family": "food", "mass": 0.15, "size": pytest.approx(0.07394)}
+    apple = facts["apple"]
+    assert (apple.family, apple.mass, apple.size) == ("food", 0.15, pytest.approx(0.07394))
     for kind in breakdown.breakdowns([run], [facts]):
-        rates = kind["runs"][0]
-        assert set(rates) <= set(kind["labels"])
-        assert sum(r["trials"] for r in rates.values()) == 4
-        assert sum(r["successes"] for r in rates.values()) == 2
-    unknown = breakdown.breakdowns([run], [facts])[0]["runs"][0]["unknown"]
-    assert (unknown["successes"], unknown["trials"]) == (1, 2)  # the two that no catalogue knows
+        rates = kind.runs[0]
+        assert set(rates) <= set(kind.labels)
+        assert sum(r.trials for r in rates.values()) == 4
+        assert sum(r.successes for r in rates.values()) == 2
+    unknown = breakdown.breakdowns([run], [facts])[0].runs[0]["unknown"]
+    assert unknown == Rate(1, 2)  # the two that no catalogue knows
 
 
 def test_objects_of_another_version_have_no_known_mass(tmp_path: Path) -> None:
@@ -237,7 +231,7 @@ def test_objects_of_another_version_have_no_known_mass(tmp_path: Path) -> None:
     assert breakdown.object_facts(run, Catalog()) == {}
 
 
-def made(tmp_path: Path, pairs: list[tuple[float | None, bool]]) -> dict[str, Any]:
+def made(tmp_path: Path, pairs: list[tuple[float | None, bool]]) -> breakdown.Calibration:
     folder = write_run(tmp_path / "q", "oracle", ["success" if s else "missed" for _, s in pairs])
     lines = [json.loads(line) for line in (folder / "trials.jsonl").read_text().splitlines()]
     for line, (quality, _) in zip(lines, pairs, strict=True):
@@ -250,23 +244,25 @@ def test_calibration_has_the_closed_form_error(tmp_path: Path) -> None:
     found = made(
         tmp_path, [(0.8, True), (0.8, False), (0.25, False), (0.25, False), (1.0, True), (None, False)]
     )
-    assert found["trials"] == 5
-    assert [(b["quality"], b["successes"], b["trials"]) for b in found["bins"]] == [
-        (0.25, 0, 2),
-        (0.8, 1, 2),
-        (1.0, 1, 1),
+    assert found.trials == 5
+    assert [(b.quality, b.held) for b in found.bins] == [
+        (0.25, Rate(0, 2)),
+        (0.8, Rate(1, 2)),
+        (1.0, Rate(1, 1)),
     ]
-    assert found["error"] == pytest.approx((2 * 0.25 + 2 * 0.3 + 0) / 5)
-    assert found["brier"] == pytest.approx((0.04 + 0.64 + 2 * 0.0625 + 0) / 5)
+    assert found.error == pytest.approx((2 * 0.25 + 2 * 0.3 + 0) / 5)
+    assert found.brier == pytest.approx((0.04 + 0.64 + 2 * 0.0625 + 0) / 5)
 
 
 def test_calibration_of_a_run_without_grasps_says_nothing(tmp_path: Path) -> None:
-    assert made(tmp_path, [(None, False)]) == {"bins": [], "trials": 0, "error": None, "brier": None}
+    assert made(tmp_path, [(None, False)]) == breakdown.Calibration([], 0, None, None)
 
 
 def test_latency_is_of_all_trials(tmp_path: Path) -> None:
     found = breakdown.latency(Run(write_run(tmp_path / "a", "oracle", ["success"] * 3)))
-    assert found["phases"] == {"predict": pytest.approx(0.06), "execute": pytest.approx(0.5)}
-    assert found["predict"]["median"] == pytest.approx(0.06)
-    assert found["total"]["median"] == pytest.approx(0.56)
-    assert math.isfinite(found["total"]["p95"])
+    assert found.phases == {"predict": pytest.approx(0.06), "execute": pytest.approx(0.5)}
+    assert found.predict is not None
+    assert found.total is not None
+    assert found.predict.median == pytest.approx(0.06)
+    assert found.total.median == pytest.approx(0.56)
+    assert math.isfinite(found.total.p95)

@@ -10,10 +10,14 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from grasp_bench.report.table4 import NOTE, PAPER, build_report, summarise, worst_objects
-from grasp_bench.report.text import as_markdown, show
+from grasp_bench.report.paper import TABLE_4
+from grasp_bench.report.summary import worst_objects
+from grasp_bench.report.table4 import NOTE, PAPER, Report, build_report
+from grasp_bench.report.tables import markdown, show
 from grasp_bench.runs.folder import RunFolder
-from grasp_bench.runs.statistics import wilson
+from grasp_bench.runs.info import RunInfo
+from grasp_bench.runs.record import Timings, TrialRecord
+from grasp_bench.runs.statistics import Rate, wilson
 
 RUN: dict[str, Any] = {
     "predictor": "oracle",
@@ -36,25 +40,24 @@ TRIALS = [
 
 def write(folder: Path, trials: list[tuple[str, str, str]], run: dict[str, Any] = RUN) -> Path:
     with RunFolder(folder) as results:
-        results.start(run)
+        results.start(RunInfo.read(run))
         for i, (name, category, outcome) in enumerate(trials):
+            content = {"trial": i, "object": name, "category": category, "outcome": outcome}
             results.append(
-                {
-                    "trial": i,
-                    "object": name,
-                    "category": category,
-                    "outcome": outcome,
-                    "success": outcome == "success",
-                },
-                {"trial": i, "plan": 0.1 * i, "render": 0.5},
+                TrialRecord.read(content), Timings.read({"trial": i, "plan": 0.1 * i, "render": 0.5})
             )
     return folder
 
 
 @pytest.fixture
-def report(tmp_path: Path) -> dict[str, Any]:
+def told(tmp_path: Path) -> Report:
     started = write(tmp_path / "two", TRIALS[:1], RUN | {"trials": 9})
     return build_report([write(tmp_path / "one", TRIALS), started])
+
+
+@pytest.fixture
+def report(told: Report) -> dict[str, Any]:
+    return told.to_json()
 
 
 def test_the_report_is_runs_and_a_table_as_plain_json(report: dict[str, Any]) -> None:
@@ -78,12 +81,12 @@ def test_the_papers_rows_have_counts_intervals_and_the_printed_rate(report: dict
 
 
 def test_printed_rates_differ_from_their_counts_only_where_the_paper_does() -> None:
-    wrong = [p.system for p in PAPER if abs(100 * p.successes / p.trials - p.printed_rate) > 0.06]
+    wrong = [p.system for p in TABLE_4 if abs(100 * p.successes / p.trials - p.printed_rate) > 0.06]
     assert wrong == ["GG-CNN"]
 
 
 def test_the_note_holds_no_claim_that_the_intervals_contradict() -> None:
-    intervals = [wilson(p.successes, p.trials) for p in PAPER]
+    intervals = [p.lifted.interval for p in PAPER]
     assert "all overlap" in NOTE
     assert max(low for low, _ in intervals) < min(high for _, high in intervals)
 
@@ -113,27 +116,19 @@ def test_a_run_is_broken_down_by_outcome_category_object_and_phase(report: dict[
 
 def test_a_run_without_a_trial_has_no_row(tmp_path: Path) -> None:
     empty = write(tmp_path / "empty", [])
-    assert summarise(empty) is None
     report = build_report([empty])
-    assert report["runs"] == []
-    assert len(report["table4"]) == len(PAPER)
+    assert report.runs == ()
+    assert report.rows == list(PAPER)
 
 
 def test_the_hardest_objects_come_first_and_the_easy_not_at_all() -> None:
-    run = {
-        "by_object": {
-            "a": {"successes": 1, "trials": 2},
-            "b": {"successes": 0, "trials": 2},
-            "c": {"successes": 3, "trials": 3},
-            "d": {"successes": 0, "trials": 5},
-        }
-    }
-    assert worst_objects(run) == [("d", 0, 5), ("b", 0, 2), ("a", 1, 2)]
-    assert worst_objects(run, 1) == [("d", 0, 5)]
+    rates = {"a": Rate(1, 2), "b": Rate(0, 2), "c": Rate(3, 3), "d": Rate(0, 5)}
+    assert worst_objects(rates) == [("d", Rate(0, 5)), ("b", Rate(0, 2)), ("a", Rate(1, 2))]
+    assert worst_objects(rates, 1) == [("d", Rate(0, 5))]
 
 
-def test_markdown_holds_rates_intervals_and_the_note(report: dict[str, Any]) -> None:
-    text = as_markdown(report)
+def test_markdown_holds_rates_intervals_and_the_note(told: Report) -> None:
+    text = markdown(told.tables())
     assert "| HTC-Grasp | 168/180 | 93.3% | 88.7% – 96.1% | 93.3 % | paper, real robot |" in text
     assert "| Morrison | GG-CNN | 110/120 | 91.7% | 85.3% – 95.4% | 92.0 % |" in text
     assert "| grasp-bench | oracle | 2/5 | 40.0% | 11.8% – 76.9% |  | one |" in text
@@ -143,21 +138,21 @@ def test_markdown_holds_rates_intervals_and_the_note(report: dict[str, Any]) -> 
     assert "two: oracle on table4, seed 4, raycast, 8 to go" in text
 
 
-def test_markdown_tables_have_as_many_cells_in_every_row(report: dict[str, Any]) -> None:
-    rows = [line for line in as_markdown(report).splitlines() if line.startswith("|")]
+def test_markdown_tables_have_as_many_cells_in_every_row(told: Report) -> None:
+    rows = [line for line in markdown(told.tables()).splitlines() if line.startswith("|")]
     widths = {line.count("|") for line in rows}
     assert widths == {8, 4}
 
 
 def test_bars_in_names_do_not_break_markdown_tables(tmp_path: Path) -> None:
     report = build_report([write(tmp_path / "a|b", TRIALS)])
-    assert "a\\|b |" in as_markdown(report)
+    assert "a\\|b |" in markdown(report.tables())
 
 
 @pytest.mark.parametrize("width", [80, 120, 200])
-def test_the_terminal_holds_rates_intervals_and_the_note(report: dict[str, Any], width: int) -> None:
+def test_the_terminal_holds_rates_intervals_and_the_note(told: Report, width: int) -> None:
     stream = StringIO()
-    show(report, Console(file=stream, width=width))
+    show(told.tables(), Console(file=stream, width=width))
     text = stream.getvalue()
     words = " ".join(text.split())
     assert "Table 4, re-measured" in text

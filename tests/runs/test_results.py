@@ -13,8 +13,11 @@ from typing import Any
 import pytest
 
 from grasp_bench.errors import ResultsError
-from grasp_bench.runs.folder import RunFolder, find_runs, iter_timings, load_run, load_trials
-from grasp_bench.runs.lines import dump, read_lines
+from grasp_bench.runs.folder import RunFolder, find_runs, load_records, load_run, load_timings
+from grasp_bench.runs.info import RunInfo
+from grasp_bench.runs.lines import read_lines, scan
+from grasp_bench.runs.record import Timings, TrialRecord
+from grasp_bench.runs.results import RunResults
 
 RUN: dict[str, Any] = {
     "format": 1,
@@ -29,52 +32,62 @@ RUN: dict[str, Any] = {
 }
 
 
-def line(trial: int, success: bool = True) -> dict[str, Any]:
-    return {
-        "trial": trial,
-        "object": "mug",
-        "category": "mug",
-        "outcome": "success" if success else "missed",
-        "success": success,
-    }
+def info(**changes: Any) -> RunInfo:
+    return RunInfo.read(RUN | changes)
 
 
-def write(folder: Path, trials: list[int], run: dict[str, Any] = RUN, finish: bool = False) -> None:
+def line(trial: int, **changes: Any) -> TrialRecord:
+    return TrialRecord.read(
+        {"trial": trial, "object": "mug", "category": "mug", "outcome": "success"} | changes
+    )
+
+
+def timings(trial: int, **seconds: float) -> Timings:
+    return Timings.read({"trial": trial, **seconds})
+
+
+def write(folder: Path, trials: list[int], finish: bool = False, **changes: Any) -> None:
     with RunFolder(folder) as results:
-        results.start(run)
+        results.start(info(**changes))
         for trial in trials:
-            results.append(line(trial), {"trial": trial, "plan": 0.5})
+            results.append(line(trial), timings(trial, plan=0.5))
         if finish:
             results.finish()
 
 
+def numbers(folder: Path) -> list[int]:
+    """Of the trials in a folder, in the order of the file."""
+    return [record.trial for record in read_lines(folder / "trials.jsonl")]
+
+
 def test_what_is_appended_is_read_back(tmp_path: Path) -> None:
     write(tmp_path / "run", [0, 1, 2])
-    records, sound = read_lines(tmp_path / "run" / "trials.jsonl")
-    assert records == [line(0), line(1), line(2)]
-    assert sound == (tmp_path / "run" / "trials.jsonl").stat().st_size
-    assert load_run(tmp_path / "run") == RUN
-    assert [t["plan"] for t in iter_timings(tmp_path / "run")] == [0.5] * 3
+    path = tmp_path / "run" / "trials.jsonl"
+    assert read_lines(path) == [line(0), line(1), line(2)]
+    *_, last = scan(path)
+    assert last.start + last.length == path.stat().st_size
+    assert load_run(tmp_path / "run") == info()
+    assert [t.seconds for t in load_timings(tmp_path / "run")] == [{"plan": 0.5}] * 3
 
 
 def test_each_trial_is_on_disk_before_the_next(tmp_path: Path) -> None:
     with RunFolder(tmp_path) as results:
-        results.start(RUN)
-        results.append(line(0), {"trial": 0})
-        assert (tmp_path / "trials.jsonl").read_text() == dump(line(0)) + "\n"
+        results.start(info())
+        results.append(line(0), timings(0))
+        assert (tmp_path / "trials.jsonl").read_text() == line(0).line() + "\n"
 
 
 def test_resuming_tells_what_was_done(tmp_path: Path) -> None:
     write(tmp_path, [0, 2])
     with RunFolder(tmp_path) as results:
-        assert results.start(RUN) == {0, 2}
+        assert results.start(info()) == {0, 2}
         assert not results.repaired
 
 
 def test_a_finished_run_is_in_trial_order(tmp_path: Path) -> None:
     write(tmp_path, [2, 0, 1], finish=True)
-    assert [r["trial"] for r in read_lines(tmp_path / "trials.jsonl")[0]] == [0, 1, 2]
-    assert [r["trial"] for r in iter_timings(tmp_path)] == [0, 1, 2]
+    assert numbers(tmp_path) == [0, 1, 2]
+    assert [t.trial for t in read_lines(tmp_path / "timings.jsonl", Timings)] == [0, 1, 2]
     assert not list(tmp_path.glob("*.tmp"))
 
 
@@ -82,7 +95,7 @@ def test_a_run_without_timings_is_finished_all_the_same(tmp_path: Path) -> None:
     write(tmp_path, [1, 0])
     (tmp_path / "timings.jsonl").unlink()
     write(tmp_path, [], finish=True)
-    assert [r["trial"] for r in read_lines(tmp_path / "trials.jsonl")[0]] == [0, 1]
+    assert numbers(tmp_path) == [0, 1]
     assert (tmp_path / "timings.jsonl").read_bytes() == b""
 
 
@@ -95,7 +108,7 @@ def test_of_timings_of_a_repeated_trial_the_last_are_kept(tmp_path: Path) -> Non
         '{"trial": 0, "plan": 0.5}',
         '{"trial": 1, "plan": 0.5}',
     ]
-    assert [t["plan"] for t in iter_timings(tmp_path)] == [0.5, 0.5]
+    assert [t.seconds["plan"] for t in load_timings(tmp_path)] == [0.5, 0.5]
 
 
 @pytest.mark.parametrize("torn", ['{"trial": 3, "obj', '{"trial": 3}', "\x00\x00\x00", "\x00\x00\n", "{\n"])
@@ -104,10 +117,10 @@ def test_a_torn_last_line_is_cut_off_and_the_trial_done_again(tmp_path: Path, to
     with (tmp_path / "trials.jsonl").open("a") as file:
         file.write(torn)
     with RunFolder(tmp_path) as results:
-        assert results.start(RUN) == {0, 1}
+        assert results.start(info()) == {0, 1}
         assert results.repaired
-        results.append(line(3), {"trial": 3})
-    assert [r["trial"] for r in read_lines(tmp_path / "trials.jsonl")[0]] == [0, 1, 3]
+        results.append(line(3), timings(3))
+    assert numbers(tmp_path) == [0, 1, 3]
 
 
 def test_a_torn_line_of_timings_is_repaired_too(tmp_path: Path) -> None:
@@ -115,7 +128,7 @@ def test_a_torn_line_of_timings_is_repaired_too(tmp_path: Path) -> None:
     with (tmp_path / "timings.jsonl").open("a") as file:
         file.write('{"tri')
     with RunFolder(tmp_path) as results:
-        assert results.start(RUN) == {0, 1}
+        assert results.start(info()) == {0, 1}
         assert results.repaired
     assert (tmp_path / "timings.jsonl").read_text().endswith("}\n")
 
@@ -127,10 +140,10 @@ def test_a_damaged_line_in_the_middle_is_refused_by_its_number(tmp_path: Path) -
     path.write_text(lines[0] + lines[1][:20] + "\n" + lines[2])
     before = path.read_bytes()
     with RunFolder(tmp_path) as results, pytest.raises(ResultsError, match=r"trials\.jsonl, line 2 is dam"):
-        results.start(RUN)
+        results.start(info())
     assert path.read_bytes() == before
     with pytest.raises(ResultsError, match="line 2"):
-        load_trials(tmp_path)
+        load_records(tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -161,11 +174,11 @@ def test_another_run_in_the_folder_is_refused_by_what_differs(
 ) -> None:
     write(tmp_path, [0])
     with RunFolder(tmp_path) as results, pytest.raises(ResultsError) as caught:
-        results.start(RUN | {key: value})
+        results.start(info(**{key: value}))
     assert f"holds another run: {named}" in str(caught.value)
     assert "differs. Choose another --out" in str(caught.value)
     assert str(tmp_path) in str(caught.value)
-    assert len(read_lines(tmp_path / "trials.jsonl")[0]) == 1
+    assert numbers(tmp_path) == [0]
 
 
 def test_all_that_differs_is_named(tmp_path: Path) -> None:
@@ -174,26 +187,26 @@ def test_all_that_differs_is_named(tmp_path: Path) -> None:
         RunFolder(tmp_path) as results,
         pytest.raises(ResultsError, match=r"the predictor \(.*\), the seed \(.*\) differ\."),
     ):
-        results.start(RUN | {"seed": 5, "predictor": "random"})
+        results.start(info(seed=5, predictor="random"))
 
 
 def test_objects_in_another_order_are_another_run(tmp_path: Path) -> None:
     two = {"mug": {"a": "1"}, "pan": {"a": "2"}}
-    write(tmp_path, [0], RUN | {"objects": two})
+    write(tmp_path, [0], objects=two)
     with RunFolder(tmp_path) as results, pytest.raises(ResultsError, match="in another order"):
-        results.start(RUN | {"objects": dict(reversed(two.items()))})
+        results.start(info(objects=dict(reversed(two.items()))))
 
 
 def test_many_differences_are_counted(tmp_path: Path) -> None:
-    write(tmp_path, [0], RUN | {"versions": {f"v{i}": "1" for i in range(9)}})
+    write(tmp_path, [0], versions={f"v{i}": "1" for i in range(9)})
     with RunFolder(tmp_path) as results, pytest.raises(ResultsError, match="v3: 1 there, 2 here; and 5 more"):
-        results.start(RUN | {"versions": {f"v{i}": "2" for i in range(9)}})
+        results.start(info(versions={f"v{i}": "2" for i in range(9)}))
 
 
 def test_what_may_differ_between_calls_does_not_hinder_resuming(tmp_path: Path) -> None:
-    write(tmp_path, [0], RUN | {"command": ["grasp-bench", "run"], "git": "abc"})
+    write(tmp_path, [0], command=["grasp-bench", "run"], git="abc")
     with RunFolder(tmp_path) as results:
-        assert results.start(RUN | {"command": ["other"], "git": None}) == {0}
+        assert results.start(info(command=["other"], git=None)) == {0}
 
 
 def test_a_second_run_into_the_same_folder_is_refused(tmp_path: Path) -> None:
@@ -225,18 +238,18 @@ def test_a_failing_disk_is_told_and_costs_nothing_that_was_measured(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with RunFolder(tmp_path) as results:
-        results.start(RUN)
-        results.append(line(0), {"trial": 0})
+        results.start(info())
+        results.append(line(0), timings(0))
 
         def fails(descriptor: int) -> None:
             raise OSError(errno.EIO, "Input/output error")
 
         monkeypatch.setattr("os.fsync", fails)
         with pytest.raises(ResultsError, match=r"Input/output error.*free some space"):
-            results.append(line(1), {"trial": 1})
+            results.append(line(1), timings(1))
         monkeypatch.undo()
     with RunFolder(tmp_path) as results:
-        assert results.start(RUN) == {0}
+        assert results.start(info()) == {0}
         assert not results.repaired
 
 
@@ -245,14 +258,16 @@ import json, resource, signal, sys
 from pathlib import Path
 from grasp_bench.errors import ResultsError
 from grasp_bench.runs.folder import RunFolder
+from grasp_bench.runs.info import RunInfo
+from grasp_bench.runs.record import Timings, TrialRecord
 folder, run, record = Path(sys.argv[1]), json.loads(sys.argv[2]), json.loads(sys.argv[3])
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 with RunFolder(folder) as results:
-    results.start(run)
+    results.start(RunInfo.read(run))
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
     for trial in range(100):
         try:
-            results.append(record | {"trial": trial}, {"trial": trial})
+            results.append(TrialRecord.read(record | {"trial": trial}), Timings(trial=trial))
         except ResultsError as error:
             print(trial, error)
             break
@@ -262,7 +277,7 @@ with RunFolder(folder) as results:
 def test_when_no_more_can_be_written_whole_lines_stay_and_the_run_goes_on_later(tmp_path: Path) -> None:
     """A process that may write files of 1000 bytes only meets what a full disk does: half a line."""
     done = subprocess.run(
-        [sys.executable, "-c", FULL, tmp_path, json.dumps(RUN), json.dumps(line(0))],
+        [sys.executable, "-c", FULL, tmp_path, json.dumps(RUN), line(0).line()],
         text=True,
         capture_output=True,
         timeout=60,
@@ -271,13 +286,13 @@ def test_when_no_more_can_be_written_whole_lines_stay_and_the_run_goes_on_later(
     trial, _, message = done.stdout.partition(" ")
     assert "trials.jsonl cannot be written (File too large)" in message
     assert "What was measured is kept" in message
-    records, sound = read_lines(tmp_path / "trials.jsonl")
-    assert [r["trial"] for r in records] == list(range(int(trial)))
-    assert sound == (tmp_path / "trials.jsonl").stat().st_size
+    assert numbers(tmp_path) == list(range(int(trial)))
+    *_, last = scan(tmp_path / "trials.jsonl")
+    assert last.start + last.length == (tmp_path / "trials.jsonl").stat().st_size
     with RunFolder(tmp_path) as results:
-        assert results.start(RUN) == set(range(int(trial)))
+        assert results.start(info()) == set(range(int(trial)))
         assert not results.repaired
-        results.append(line(int(trial)), {"trial": int(trial)})
+        results.append(line(int(trial)), timings(int(trial)))
 
 
 def test_a_full_disk_at_the_end_keeps_the_unordered_trials(
@@ -290,7 +305,7 @@ def test_a_full_disk_at_the_end_keeps_the_unordered_trials(
         raise OSError(errno.ENOSPC, "No space left on device")
 
     with RunFolder(tmp_path) as results:
-        results.start(RUN)
+        results.start(info())
         monkeypatch.setattr("os.fsync", full)
         with pytest.raises(ResultsError, match=r"trials\.jsonl cannot be written \(No space left"):
             results.finish()
@@ -299,14 +314,22 @@ def test_a_full_disk_at_the_end_keeps_the_unordered_trials(
     assert not list(tmp_path.glob("*.tmp"))
 
 
-SOUND = dump(line(0)) + "\n" + dump(line(1)) + "\n"
+def brief(trial: int) -> str:
+    """A line with the keys that none lacks, and no others."""
+    content = {
+        "trial": trial, "object": "mug", "category": "mug", "outcome": "success", "success": True
+    }  # fmt: skip
+    return json.dumps(content) + "\n"
+
+
+SOUND = brief(0) + brief(1)
 
 
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (SOUND + dump(line(1)) + "\n" + dump(line(2)) + "\n", "line 3 is damaged (trial 1 is in it a second"),
-        (SOUND + dump(line(0)) + "\n", "line 3 is damaged (trial 0 is in it a second time)"),
+        (SOUND + brief(1) + brief(2), "line 3 is damaged (trial 1 is in it a second"),
+        (SOUND + brief(0), "line 3 is damaged (trial 0 is in it a second time)"),
         (SOUND + '{"other": 1}\n', "line 3 is damaged ('trial' is missing)"),
         (SOUND.replace('"trial": 1', '"trial": NaN'), "line 2 is damaged (NaN is no number)"),
         (SOUND.replace('"trial": 1', '"trial": -1'), "'trial' must be a whole number from 0, not -1"),
@@ -349,12 +372,12 @@ def test_a_wrong_line_is_one_clear_error_wherever_it_is_read(
     path.write_bytes(content.encode(errors="surrogateescape"))
     before = path.read_bytes()
     with pytest.raises(ResultsError) as caught:
-        load_trials(tmp_path)
+        load_records(tmp_path)
     assert str(path) in str(caught.value)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
     with RunFolder(tmp_path) as results, pytest.raises(ResultsError, match="is damaged"):
-        results.start(RUN)
+        results.start(info())
     assert path.read_bytes() == before
 
 
@@ -363,19 +386,19 @@ def test_wrong_timings_are_one_clear_error(tmp_path: Path, content: str) -> None
     write(tmp_path, [0])
     (tmp_path / "timings.jsonl").write_text(content)
     with pytest.raises(ResultsError, match=r"timings\.jsonl, line 1 is damaged"):
-        list(iter_timings(tmp_path))
+        load_timings(tmp_path)
 
 
 def test_trials_without_a_run_are_never_added_to(tmp_path: Path) -> None:
     write(tmp_path, [0])
     (tmp_path / "run.json").unlink()
     with RunFolder(tmp_path) as results, pytest.raises(ResultsError, match=r"without run\.json"):
-        results.start(RUN)
+        results.start(info())
 
 
 def test_numbers_that_are_not_finite_are_never_written() -> None:
     with pytest.raises(ValueError, match="JSON"):
-        dump({"trial": 0, "x": float("nan")})
+        line(0, x=float("nan")).line()
 
 
 @pytest.mark.parametrize(
@@ -427,20 +450,20 @@ def test_runs_are_found_at_any_depth_in_order(tmp_path: Path) -> None:
 
 def test_trials_load_as_a_table_in_trial_order(tmp_path: Path) -> None:
     write(tmp_path, [2, 0, 1])
-    table = load_trials(tmp_path)
+    table = RunResults(tmp_path).trials
     assert list(table["trial"]) == [0, 1, 2]
     assert table["success"].sum() == 3
 
 
 def test_a_run_before_its_first_trial_is_an_empty_table(tmp_path: Path) -> None:
     write(tmp_path, [])
-    assert load_trials(tmp_path).empty
+    assert RunResults(tmp_path).trials.empty
 
 
 def test_lines_hold_text_as_it_is(tmp_path: Path) -> None:
-    record = line(0) | {"detail": "the “grasp” — 3 µm"}
+    record = line(0, detail="the “grasp” — 3 µm")
     with RunFolder(tmp_path) as results:
-        results.start(RUN)
-        results.append(record, {"trial": 0})
+        results.start(info())
+        results.append(record, timings(0))
     assert "“grasp” — 3 µm" in (tmp_path / "trials.jsonl").read_text(encoding="utf-8")
-    assert json.loads((tmp_path / "trials.jsonl").read_bytes()) == record
+    assert json.loads((tmp_path / "trials.jsonl").read_bytes()) == record.to_json()

@@ -12,6 +12,8 @@ from scipy.stats import binom, binomtest
 
 from grasp_bench.runs.statistics import (
     Pairs,
+    Rate,
+    holm,
     mcnemar,
     mcnemar_worse,
     non_inferiority,
@@ -249,3 +251,25 @@ def test_so_many_trials_do_exclude_the_margin_in_80_of_100_cases(lost: float, ga
 
 def test_no_number_of_trials_excludes_a_margin_that_is_passed() -> None:
     assert trials_to_exclude(0.03, 0.05, 0.01) is None
+
+
+# ---------------------------------------------------------------- several tests at once, and rates
+
+
+def test_holms_correction_is_the_textbooks() -> None:
+    assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
+    assert holm([0.01, 0.04, 0.03]) == pytest.approx([0.03, 0.06, 0.06])
+    assert holm([0.5, 0.9]) == [1.0, 1.0]
+    assert holm([]) == []
+    assert holm([0.02]) == [0.02]
+
+
+def test_a_rate_is_written_with_counts_and_interval() -> None:
+    rate = Rate(168, 180)
+    assert str(rate) == "168/180 = 93.3% (95 % interval 88.7% – 96.1%)"
+    low, high = wilson(168, 180)
+    assert rate.to_json() == {"successes": 168, "trials": 180, "rate": 168 / 180, "wilson95": [low, high]}
+
+
+def test_of_no_trials_nothing_is_known() -> None:
+    assert (Rate(0, 0).rate, Rate(0, 0).interval) == (0.0, (0.0, 1.0))

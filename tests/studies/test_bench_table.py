@@ -27,20 +27,13 @@ from grasp_bench.predictors import load_predictor
 from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.report.accuracy import accuracy_table
 from grasp_bench.report.run import Run
-from grasp_bench.runs.statistics import holm, mcnemar, trials_to_distinguish
+from grasp_bench.runs.statistics import mcnemar, trials_to_distinguish
 from grasp_bench.studies.bench_table import UNABLATED, bench, compare, read_evaluations, tables, trained_on
 
 REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
 
 
 # --- statistics ---------------------------------------------------------------------------
-
-
-def test_holm_by_hand() -> None:
-    assert holm([0.01, 0.04, 0.03]) == pytest.approx([0.03, 0.06, 0.06])
-    assert holm([0.5, 0.9]) == [1.0, 1.0]
-    assert holm([]) == []
-    assert holm([0.02]) == [0.02]
 
 
 @pytest.mark.parametrize(("first", "second"), [(0.10, 0.05), (0.06, 0.02), (0.2, 0.1)])
@@ -82,8 +75,8 @@ def test_reference_runs_compared() -> None:
     assert all(r["p_value"] <= r["p_holm"] <= 1 for r in found["rows"] if "p_value" in r)
     table = tables(found, [])[0]
     assert len(table.rows) == 5 + len(found["rows"])
-    line = next(r for r in table.rows if r[0] == "displaced (control)")
-    assert line[1:4] == ["0/180", "0.0%", "0.0% – 2.1%"]
+    line = next(r for r in table.rows if r[1] == "displaced (control)")
+    assert line[2:5] == ["0/180", "0.0%", "0.0% – 2.1%"]
 
 
 def test_ablations_are_compared_with_the_network_of_their_budget() -> None:
@@ -174,10 +167,12 @@ def test_command_prints_what_is_there(tmp_path: Path) -> None:
     ):
         assert f"## {title}" in text
     assert (
-        "| htc-grasp, zero-shot | RGB-D |  | 75.0% | 30/40 | 59.8% – 85.8% | 48 | 40 of 885 strict |" in text
+        "| htc-grasp, zero-shot | RGB-D |  | 30/40 | 75.0% | 59.8% – 85.8% | 48 | 40 of 885 strict ¹ |"
+        in text
     )
-    assert "| Cornell | ✓ | ✓ | 98.3% | 75.0% | 30/40 |" in text
-    assert "| Jacquard | ✓ |  | 94.2% | 75.0% | 30/40 |" in text
+    assert "| Cornell | ✓ | ✓ | 98.3% | 30/40 | 75.0% |" in text
+    assert "| Jacquard | ✓ |  | 94.2% | 30/40 | 75.0% |" in text
+    assert text.count("1. all images once, protocol strict (window)\n") == 3, "below Tables 1, 2 and 3"
     out = tmp_path / "deep" / "table.txt"
     assert CliRunner().invoke(app, [*common, "--out", str(out)]).exit_code == 0
     assert "Alone" in out.read_text()
@@ -193,6 +188,17 @@ def test_only_weights_that_saw_nothing_real_are_called_zero_shot() -> None:
     for weights in seen:
         row = accuracy_table("cornell", [evaluation(weights=weights)]).rows[-1]
         assert row[0] == "htc-grasp, weights that saw real images"
+
+
+def test_rows_of_the_same_conditions_share_a_footnote() -> None:
+    table = accuracy_table(
+        "synthetic", [evaluation(), evaluation(protocol="legacy"), evaluation(predictor="gg-cnn")]
+    )
+    assert [row[-1][-1] for row in table.rows] == ["¹", "²", "¹"]
+    assert [note.split(" (")[0] for note in table.footnotes] == [
+        "all images once, protocol strict",
+        "all images once, protocol legacy",
+    ]
 
 
 def test_bad_folders(tmp_path: Path) -> None:

@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from grasp_bench.runs.folder import RunFolder
+from grasp_bench.runs.info import RunInfo
 from grasp_bench.runs.jobs import WHOLE, Shard, spread
+from grasp_bench.runs.record import Timings, TrialRecord
 
 OBJECTS = ("mug", "pan", "pot")
 RUN: dict[str, Any] = {
@@ -58,13 +60,12 @@ def write_run(
         content["shard"] = str(shard)
     objects: tuple[str, ...] = tuple(content["objects"])
     with RunFolder(folder) as results:
-        results.start(content)
+        results.start(RunInfo.read(content))
         wanted = None if only is None else set(only)
         for job in spread(objects, trials, shard)[::order]:
             if wanted is None or job.trial in wanted:
-                results.append(
-                    change(record(job.trial, wins(job.trial), objects)), {"trial": job.trial, "plan": 0.5}
-                )
+                line = TrialRecord.read(change(record(job.trial, wins(job.trial), objects)))
+                results.append(line, Timings.read({"trial": job.trial, "plan": 0.5}))
     return folder
 
 

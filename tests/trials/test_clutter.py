@@ -19,8 +19,10 @@ from grasp_bench.objects.catalog import Catalog, ObjectModel
 from grasp_bench.predictors.controls import Oracle
 from grasp_bench.report.clutter import attempts_in_words, in_words, summarise_clutter
 from grasp_bench.report.table4 import build_report
-from grasp_bench.report.text import as_markdown
+from grasp_bench.report.tables import markdown
 from grasp_bench.runs.jobs import Job
+from grasp_bench.runs.record import EpisodeRecord
+from grasp_bench.runs.statistics import Rate
 from grasp_bench.scenario.reading import with_value
 from grasp_bench.scenario.sections import Clutter, Scenario
 from grasp_bench.scene.builder import compile_mjcf, compose_many, object_name
@@ -180,24 +182,28 @@ def test_runs_of_clutter_are_recorded_resumed_and_reported(
     assert (out / "trials.jsonl").read_text() == lines
     assert set(again.info.objects) == {"bar", "block", "pot"}
     report = build_report([out], tmp_path)
-    assert [row for row in report["table4"] if row["source"] == "simulation"] == []
-    assert report["runs"][0]["clutter"]["attempts"]["trials"] == 4
-    assert "tables emptied 0/2 = 0.0%" in as_markdown(report)
+    assert [row for row in report.rows if row.source == "simulation"] == []
+    figures = report.runs[0].clutter
+    assert figures is not None
+    assert figures.attempts.trials == 4
+    assert "tables emptied 0/2 = 0.0%" in markdown(report.tables())
 
 
 def test_figures_over_episodes_are_added_up() -> None:
-    attempts = [{"outcome": "success", "success": True}] * 3 + [{"outcome": "missed", "success": False}]
+    attempts = [
+        {"attempt": i, "object": "a", "category": "toys", "outcome": outcome}
+        for i, outcome in enumerate(["success", "success", "success", "missed"])
+    ]
     figures = summarise_clutter(
         [
-            {"objects": list("abc"), "cleared": 3, "attempts": attempts},
-            {"objects": list("abcde"), "cleared": 1, "attempts": attempts[2:]},
+            EpisodeRecord.read({"objects": list("abc"), "cleared": 3, "attempts": attempts}),
+            EpisodeRecord.read({"objects": list("abcde"), "cleared": 1, "attempts": attempts[2:]}),
         ],
         3,
     )
-    rates = {k: (figures[k]["successes"], figures[k]["trials"]) for k in ("attempts", "cleared", "emptied")}
-    assert rates == {"attempts": (4, 6), "cleared": (4, 8), "emptied": (1, 3)}
-    assert [(t["successes"], t["trials"]) for t in figures["by_attempt"]] == [(2, 2), (1, 2), (1, 1), (0, 1)]
+    assert (figures.attempts, figures.cleared, figures.emptied) == (Rate(4, 6), Rate(4, 8), Rate(1, 3))
+    assert figures.by_attempt == (Rate(2, 2), Rate(1, 2), Rate(1, 1), Rate(0, 1))
     assert attempts_in_words(figures) == "1: 2/2, 2: 1/2, 3: 1/1, 4: 0/1"
-    assert figures["outcomes"] == {"success": 4, "missed": 2}
+    assert figures.outcomes == {"success": 4, "missed": 2}
     assert "objects cleared 4/8 = 50.0% (21.5% – 78.5%)" in in_words(figures)
-    assert summarise_clutter([], 2)["attempts"]["trials"] == 0
+    assert summarise_clutter([], 2).attempts == Rate(0, 0)

@@ -5,10 +5,14 @@ A trace's ``meta`` says whose colour it has: ``{"run": 2}`` or ``{"outcome": "mi
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import plotly.graph_objects as go
 
+from grasp_bench.report.breakdown import Breakdown, Calibration, Latency
+from grasp_bench.report.summary import Summary
+from grasp_bench.runs.statistics import Rate
 from grasp_bench.scenario.outcomes import Outcome
 
 OUTCOMES = [str(o) for o in Outcome]
@@ -37,42 +41,41 @@ def _labels(names: list[str]) -> list[str]:
     return [n.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;") for n in names]
 
 
-def _rates(rows: list[dict[str, Any] | None]) -> dict[str, Any]:
+def _rates(rows: Sequence[Rate | None]) -> dict[str, Any]:
     """Percentages with their Wilson intervals as error bars, and k/n for the hover text."""
 
     def part(get: Any) -> list[float | None]:
         return [None if r is None else round(100 * get(r), 3) for r in rows]
 
     return {
-        "y": part(lambda r: r["rate"]),
+        "y": part(lambda r: r.rate),
         "error_y": {
             "type": "data",
             "symmetric": False,
             "thickness": 1.5,
             "width": 3,
-            "array": part(lambda r: r["wilson95"][1] - r["rate"]),
-            "arrayminus": part(lambda r: r["rate"] - r["wilson95"][0]),
+            "array": part(lambda r: r.interval[1] - r.rate),
+            "arrayminus": part(lambda r: r.rate - r.interval[0]),
         },
-        "customdata": [None if r is None else f"{r['successes']}/{r['trials']}" for r in rows],
+        "customdata": [None if r is None else f"{r.successes}/{r.trials}" for r in rows],
     }
 
 
-def outcomes(runs: list[dict[str, Any]]) -> dict[str, Any]:
+def outcomes(runs: Sequence[Summary]) -> dict[str, Any]:
     """How the trials of each run ended, in per cent."""
-    names = _labels([r["run"] for r in runs])
-    used = [o for o in OUTCOMES if any(o in r["outcomes"] for r in runs)]
-    used += sorted({o for r in runs for o in r["outcomes"]} - set(OUTCOMES))
+    names = _labels([r.run for r in runs])
+    used = [o for o in OUTCOMES if any(o in r.outcomes for r in runs)]
     traces = []
     for outcome in used:
-        counts = [r["outcomes"].get(outcome, 0) for r in runs]
+        counts = [r.outcomes.get(outcome, 0) for r in runs]
         traces.append(
             go.Bar(
                 name=_labels([outcome])[0],
                 y=names,
                 orientation="h",
                 meta={"outcome": outcome},
-                x=[100 * c / r["trials"] for c, r in zip(counts, runs, strict=True)],
-                customdata=[f"{c}/{r['trials']}" for c, r in zip(counts, runs, strict=True)],
+                x=[100 * c / r.lifted.trials for c, r in zip(counts, runs, strict=True)],
+                customdata=[f"{c}/{r.lifted.trials}" for c, r in zip(counts, runs, strict=True)],
                 hovertemplate="%{y}: %{fullData.name} %{customdata} (%{x:.1f} %)<extra></extra>",
             )
         )
@@ -86,11 +89,11 @@ def outcomes(runs: list[dict[str, Any]]) -> dict[str, Any]:
     )
 
 
-def success_by(kind: dict[str, Any], names: list[str]) -> dict[str, Any]:
+def success_by(kind: Breakdown, names: list[str]) -> dict[str, Any]:
     """Success rate of each run by one property of the trials."""
-    shown = _labels(kind["labels"])
+    shown = _labels(kind.labels)
     traces = []
-    for i, (row, name) in enumerate(zip(kind["runs"], _labels(names), strict=True)):
+    for i, (row, name) in enumerate(zip(kind.runs, _labels(names), strict=True)):
         traces.append(
             go.Scatter(
                 name=name,
@@ -100,7 +103,7 @@ def success_by(kind: dict[str, Any], names: list[str]) -> dict[str, Any]:
                 meta={"run": i},
                 offsetgroup=str(i),
                 hovertemplate="%{fullData.name}, %{x}: %{customdata} = %{y:.1f} %<extra></extra>",
-                **_rates([row.get(label) for label in kind["labels"]]),
+                **_rates([row.get(label) for label in kind.labels]),
             )
         )
     return _figure(
@@ -113,7 +116,7 @@ def success_by(kind: dict[str, Any], names: list[str]) -> dict[str, Any]:
     )
 
 
-def calibration(rows: list[dict[str, Any]], names: list[str]) -> dict[str, Any]:
+def calibration(rows: Sequence[Calibration], names: list[str]) -> dict[str, Any]:
     """Predicted quality against success, with the line on which predictions would be probabilities."""
     traces: list[Any] = [
         go.Scatter(
@@ -130,13 +133,13 @@ def calibration(rows: list[dict[str, Any]], names: list[str]) -> dict[str, Any]:
         traces.append(
             go.Scatter(
                 name=name,
-                x=[round(b["quality"], 4) for b in row["bins"]],
+                x=[round(b.quality, 4) for b in row.bins],
                 mode="lines+markers",
                 marker={"size": 8},
                 line={"width": 1},
                 meta={"run": i},
                 hovertemplate="%{fullData.name}: quality %{x:.2f}, %{customdata} = %{y:.1f} %<extra></extra>",
-                **_rates(row["bins"]),
+                **_rates([b.held for b in row.bins]),
             )
         )
     return _figure(
@@ -147,15 +150,15 @@ def calibration(rows: list[dict[str, Any]], names: list[str]) -> dict[str, Any]:
     )
 
 
-def seconds(rows: list[dict[str, Any]], names: list[str]) -> dict[str, Any]:
+def seconds(rows: Sequence[Latency], names: list[str]) -> dict[str, Any]:
     """Mean wall time of each phase, stacked for each run."""
-    phases = list(dict.fromkeys(p for row in rows for p in row["phases"]))
+    phases = list(dict.fromkeys(p for row in rows for p in row.phases))
     shown = _labels(names)
     traces = [
         go.Bar(
             name=_labels([p])[0],
             y=shown,
-            x=[row["phases"].get(p) for row in rows],
+            x=[row.phases.get(p) for row in rows],
             orientation="h",
             meta={"run": i},
             hovertemplate="%{y}: %{fullData.name} %{x:.3f} s<extra></extra>",

@@ -20,7 +20,8 @@ from grasp_bench.report.clutter import attempts_in_words, in_words
 from grasp_bench.report.compare import compare_all
 from grasp_bench.report.html import figures
 from grasp_bench.report.html.trials import Embedded, embed, rows_of, tries_of
-from grasp_bench.report.table4 import build_report
+from grasp_bench.report.table4 import NOTE, Report
+from grasp_bench.runs.results import RunResults
 
 PACKAGE = "grasp_bench.report.html"
 MEGABYTE = 1_000_000
@@ -70,7 +71,7 @@ def write_html(
     Raises:
         GraspBenchError: when no run holds a trial, or the file cannot be written.
     """
-    runs = [run for run in map(Run, folders) if len(run)]
+    runs = [run for run in map(RunResults, folders) if len(run)]
     if not runs:
         raise GraspBenchError("None of the runs holds a trial yet; finish one, then report it.")
     text, embedded, count = render(runs, root, Catalog(objects), limit)
@@ -82,18 +83,20 @@ def write_html(
     return Written(out, len(text.encode()), count, embedded.found - embedded.left_out, embedded.left_out)
 
 
-def render(runs: list[Run], root: Path | None, catalog: Catalog, limit: int) -> tuple[str, Embedded, int]:
+def render(
+    runs: list[RunResults], root: Path | None, catalog: Catalog, limit: int
+) -> tuple[str, Embedded, int]:
     """The page, the pictures in it, and the number of its trials."""
-    summary = build_report([r.folder for r in runs], root)
-    names = [r["run"] for r in summary["runs"]]
+    report = Report.of(runs, root)
+    names = [r.run for r in report.runs]
     facts = [breakdown.object_facts(run, catalog) for run in runs]
     rows = [row for i, run in enumerate(runs) for row in rows_of(i, run, facts[i])]
     kinds = breakdown.breakdowns(runs, facts)
     quality = [breakdown.calibration(run) for run in runs]
     times = [breakdown.latency(run) for run in runs]
     charts = {
-        "outcomes": figures.outcomes(summary["runs"]),
-        **{f"by-{k['key']}": figures.success_by(k, names) for k in kinds},
+        "outcomes": figures.outcomes(report.runs),
+        **{f"by-{k.key}": figures.success_by(k, names) for k in kinds},
         "calibration": figures.calibration(quality, names),
         "seconds": figures.seconds(times, names),
     }
@@ -103,7 +106,7 @@ def render(runs: list[Run], root: Path | None, catalog: Catalog, limit: int) -> 
             {
                 "name": n,
                 "predictor": r.predictor,
-                "scenario": r.info["scenario"].get("name"),
+                "scenario": r.info.scenario_name,
                 "path": n if r.folder.is_absolute() else r.folder.as_posix(),
             }
             for n, r in zip(names, runs, strict=True)
@@ -114,8 +117,9 @@ def render(runs: list[Run], root: Path | None, catalog: Catalog, limit: int) -> 
     context = {
         "in_words": in_words,
         "attempts_in_words": attempts_in_words,
-        "summary": summary,
-        "runs": summary["runs"],
+        "note": NOTE,
+        "table4": report.rows,
+        "runs": report.runs,
         "names": names,
         "pairs": compare_all(runs),
         "kinds": kinds,

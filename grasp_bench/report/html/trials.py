@@ -9,92 +9,82 @@ from math import degrees
 from typing import Any
 
 from grasp_bench.media.store import find
-from grasp_bench.runs.folder import iter_timings, load_trials
+from grasp_bench.report.breakdown import ObjectFacts
+from grasp_bench.runs.folder import load_timings
+from grasp_bench.runs.record import Attempted
+from grasp_bench.runs.results import RunResults
 
 
-def rows_of(index: int, run: Run, facts: dict[str, dict[str, Any]]) -> list[dict[str, Any]]:
+def rows_of(index: int, run: RunResults, facts: dict[str, ObjectFacts]) -> list[dict[str, Any]]:
     """One dictionary a trial of the run at position ``index``, without what a trial has not.
 
     Lengths are in millimetres, angles in degrees: what people read. An episode of clutter has
     such a dictionary for each of its ``attempts``.
     """
-    seconds = {t["trial"]: sum(v for k, v in t.items() if k != "trial") for t in iter_timings(run.folder)}
+    seconds = {t.trial: round(t.total, 3) for t in load_timings(run.folder)}
     rows = []
-    for record in load_trials(run.folder).to_dict("records"):
+    for record in run.records:
         row = {
             "run": index,
-            "trial": int(record["trial"]),
+            "trial": record.trial,
             **_numbers(record, facts),
-            "seconds": _scaled(seconds.get(record["trial"]), 1, 3),
+            "seconds": seconds.get(record.trial),
         }
-        episode = _part(record, "clutter")
-        if episode:
+        if episode := record.clutter:
             row |= {
-                "objects": episode["objects"],
-                "cleared": episode["cleared"],
+                "objects": episode.objects,
+                "cleared": episode.cleared,
                 "attempts": [
-                    _known(_numbers(a, facts) | {"removed": a.get("removed") or None})
-                    for a in episode["attempts"]
+                    _known(_numbers(a, facts) | {"removed": a.removed or None}) for a in episode.attempts
                 ],
             }
         rows.append(_known(row))
     return rows
 
 
-def _numbers(record: dict[Any, Any], facts: dict[str, dict[str, Any]]) -> dict[str, Any]:
+def _numbers(record: Attempted, facts: dict[str, ObjectFacts]) -> dict[str, Any]:
     """What is shown of one try; None for what it did not come to."""
-    grasp, pose, error = (_part(record, k) for k in ("grasp", "pose", "tcp_error"))
-    known = facts.get(str(record.get("object")), {})
+    known = facts.get(record.object)
     row: dict[str, Any] = {
-        "object": record.get("object"),
-        "category": record.get("category"),
-        "outcome": record["outcome"],
-        "success": bool(record["success"]),
-        "detail": record.get("detail") or None,
-        "family": known.get("family"),
-        "mass": _scaled(known.get("mass"), 1000, 1),
-        "size": _scaled(known.get("size"), 1000, 1),
-        "rank": record.get("rank"),
-        "lift": _scaled(record.get("lift_height"), 1000, 1),
-        "force": _scaled(record.get("contact_force"), 1, 2),
-        "steps": record.get("sim_steps"),
+        "object": record.object,
+        "category": record.category,
+        "outcome": record.outcome,
+        "success": record.success,
+        "detail": record.detail or None,
+        "family": known and known.family,
+        "mass": known and round(1000 * known.mass, 1),
+        "size": known and round(1000 * known.size, 1),
+        "rank": record.rank,
+        "lift": round(1000 * record.lift_height, 1),
+        "force": round(record.contact_force, 2),
+        "steps": record.sim_steps,
     }
-    if grasp:
+    if grasp := record.grasp:
         row |= {
-            "quality": grasp["quality"],
-            "x": grasp["x"],
-            "y": grasp["y"],
-            "width": grasp["width"],
-            "angle": round(degrees(grasp["angle"]), 2),
+            "quality": grasp.quality,
+            "x": grasp.x,
+            "y": grasp.y,
+            "width": grasp.width,
+            "angle": round(degrees(grasp.angle), 2),
         }
-    if pose:
+    if pose := record.pose:
         row |= {
-            "position": [round(1000 * p, 2) for p in pose["position"]],
-            "opening": _scaled(pose["opening"], 1000, 2),
+            "position": [round(1000 * p, 2) for p in pose.position.tolist()],
+            "opening": round(1000 * pose.opening, 2),
         }
-    if error:
-        row |= {"tcp_mm": _scaled(error["position"], 1000, 3), "tcp_deg": round(degrees(error["angle"]), 3)}
+    if error := record.tcp_error:
+        row |= {"tcp_mm": round(1000 * error.position, 3), "tcp_deg": round(degrees(error.angle), 3)}
     return row
 
 
 def _known(row: dict[str, Any]) -> dict[str, Any]:
-    """A row without what is None, or NaN as pandas has it."""
-    return {k: v for k, v in row.items() if v is not None and v == v}
+    """A row without what is None."""
+    return {k: v for k, v in row.items() if v is not None}
 
 
 def tries_of(row: dict[str, Any]) -> list[tuple[int | None, dict[str, Any]]]:
     """The tries that a trial's row tells of, with their numbers: itself (None), or an episode's attempts."""
     return list(enumerate(row["attempts"])) if "attempts" in row else [(None, row)]
-
-
-def _part(record: dict[str, Any], key: str) -> dict[str, Any] | None:
-    """A nested record; pandas fills what is missing with NaN."""
-    value = record.get(key)
-    return value if isinstance(value, dict) else None
-
-
-def _scaled(value: float | None, factor: float, digits: int) -> float | None:
-    return None if value is None else round(factor * value, digits)
 
 
 @dataclass(frozen=True)
@@ -113,7 +103,7 @@ class Embedded:
     left_out: int
 
 
-def embed(runs: list[Run], rows: list[dict[str, Any]], budget: int) -> Embedded:
+def embed(runs: list[RunResults], rows: list[dict[str, Any]], budget: int) -> Embedded:
     """Choose the pictures that fit into ``budget`` bytes of base64.
 
     Failures come first, their sheets before their clips; runs take turns.

@@ -1,0 +1,105 @@
+"""What a report says of one run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from grasp_bench.report.clutter import Clearing, by_frequency, summarise_clutter
+from grasp_bench.runs.folder import load_timings
+from grasp_bench.runs.info import RunInfo
+from grasp_bench.runs.record import TrialRecord
+from grasp_bench.runs.results import RunResults
+from grasp_bench.runs.statistics import Rate
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Figures of a run.
+
+    Attributes:
+        run: what it is called: its path below a folder of runs.
+        info: its settings.
+        lifted: successes among its trials.
+        outcomes: how many trials ended in which way, most frequent first.
+        by_category, by_object: rates by name, sorted.
+        timings: mean seconds of a trial by phase.
+        clutter: figures of its episodes, if it cleared tables.
+    """
+
+    run: str
+    info: RunInfo
+    lifted: Rate
+    outcomes: dict[str, int]
+    by_category: dict[str, Rate]
+    by_object: dict[str, Rate]
+    timings: dict[str, float]
+    clutter: Clearing | None
+
+    @classmethod
+    def of(cls, results: RunResults, root: Path | None = None) -> Summary:
+        """Figures of a run, named by its path below ``root``.
+
+        Raises:
+            ResultsError: when it holds no trial yet.
+        """
+        folder, records = results.folder, results.records
+        timings = load_timings(folder)
+        phases = sorted({phase for t in timings for phase in t.seconds})
+        episodes = [r.clutter for r in records if r.clutter is not None]
+        return cls(
+            folder.name if root in (None, folder) else folder.relative_to(root).as_posix(),
+            results.info,
+            results.lifted,
+            by_frequency(r.outcome for r in records),
+            _by(records, lambda r: r.category),
+            _by(records, lambda r: r.object),
+            {p: round(sum(t.seconds.get(p, 0.0) for t in timings) / len(timings), 5) for p in phases},
+            summarise_clutter(episodes, len(records)) if results.info.cluttered else None,
+        )
+
+    @property
+    def missing(self) -> int:
+        """Trials that were planned and are not done yet."""
+        return self.info.trials - self.lifted.trials
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "clutter": None if self.clutter is None else self.clutter.to_json(),
+            "run": self.run,
+            "predictor": self.info.predictor,
+            "scenario": self.info.scenario_name,
+            "seed": self.info.seed,
+            "renderer": self.info.renderer,
+            "weights": self.info.weights,
+            "planned_trials": self.info.trials,
+            **self.lifted.to_json(),
+            "outcomes": self.outcomes,
+            "by_category": {name: rate.counts() for name, rate in self.by_category.items()},
+            "by_object": {name: rate.counts() for name, rate in self.by_object.items()},
+            "timings": self.timings,
+        }
+
+
+def _by(records: Sequence[TrialRecord], name: Callable[[TrialRecord], str]) -> dict[str, Rate]:
+    """The rate of each group, sorted by name."""
+    return dict(sorted(tally((name(r), r.success) for r in records).items()))
+
+
+def tally(pairs: Iterable[tuple[str, bool]]) -> dict[str, Rate]:
+    """Rate by label of (label, success) pairs."""
+    counts: dict[str, list[int]] = {}
+    for label, success in pairs:
+        count = counts.setdefault(label, [0, 0])
+        count[0] += success
+        count[1] += 1
+    return {label: Rate(k, n) for label, (k, n) in counts.items()}
+
+
+def worst_objects(by_object: Mapping[str, Rate], count: int = 10) -> list[tuple[str, Rate]]:
+    """Objects that failed most, those first that did so at every chance and had most of them."""
+    failed = [(name, rate) for name, rate in by_object.items() if rate.successes < rate.trials]
+    return sorted(failed, key=lambda o: (o[1].rate, -o[1].trials, o[0]))[:count]

@@ -1,0 +1,138 @@
+"""Tables in words: the one way in which they become Markdown or text on a terminal."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from grasp_bench.runs.statistics import Rate
+
+RATE_HEAD = ("Grasped", "Rate", "95 % interval")
+"""Heads of :func:`rate_cells`."""
+_SUPERSCRIPT = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """A table to print.
+
+    Attributes:
+        title, head, rows: its parts; all cells are text, or :class:`Markdown`.
+        lead, note: paragraphs before and after it.
+        footnotes: what the marks ¹, ², … in it stand for.
+        numbers: columns set flush right.
+        paper: rows that are quoted and not measured.
+        level: of the title among a page's headings.
+    """
+
+    title: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    lead: str = ""
+    note: str = ""
+    footnotes: Sequence[str] = ()
+    numbers: Sequence[int] = ()
+    paper: frozenset[int] = frozenset()
+    level: int = 2
+
+
+class Markdown(str):
+    """A cell that is Markdown already."""
+
+
+class Footnotes(list[str]):
+    """Footnotes of a table, in the order in which its rows first ask for their marks."""
+
+    def mark(self, text: str) -> str:
+        """The mark of a footnote; equal ones share theirs."""
+        if text not in self:
+            self.append(text)
+        return _mark(self.index(text) + 1)
+
+
+def _mark(number: int) -> str:
+    return str(number).translate(_SUPERSCRIPT)
+
+
+def rate_cells(rate: Rate) -> list[str]:
+    """k/n, rate and Wilson interval."""
+    low, high = rate.interval
+    return [f"{rate.successes}/{rate.trials}", f"{rate.rate:.1%}", f"{low:.1%} – {high:.1%}"]
+
+
+def escaped(text: str) -> str:
+    """Text that Markdown shows as it is: results files may hold anything.
+
+    It cannot break out of its cell, nor bring markup or HTML of its own.
+    """
+    if isinstance(text, Markdown):
+        return text
+    plain = " ".join(text.split()).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    return re.sub(r"[\\`*\[\]{}|~]|(?<![^\W_])_|_(?![^\W_])", r"\\\g<0>", plain)
+
+
+def markdown(tables: Iterable[TextTable]) -> str:
+    """GitHub-flavoured Markdown of tables."""
+    return "\n\n".join("\n\n".join(_blocks(t)) for t in tables) + "\n"
+
+
+def _blocks(table: TextTable) -> Iterable[str]:
+    def line(cells: Iterable[str]) -> str:
+        return f"| {' | '.join(cells)} |"
+
+    if table.title:
+        yield f"{'#' * table.level} {escaped(table.title)}"
+    if table.lead:
+        yield escaped(table.lead)
+    rule = ["---:" if i in table.numbers else "---" for i in range(len(table.head))]
+    yield "\n".join([line(table.head), line(rule), *(line(map(escaped, row)) for row in table.rows)])
+    if table.note:
+        yield escaped(table.note)
+    if table.footnotes:
+        yield "\n".join(f"{i}. {escaped(note)}" for i, note in enumerate(table.footnotes, 1))
+
+
+def show(tables: Iterable[TextTable], console: Any) -> None:
+    """Print tables to a rich console."""
+    from textwrap import fill
+
+    from rich import box
+    from rich.padding import Padding
+    from rich.table import Table
+    from rich.text import Text
+
+    for t in tables:
+        table = Table(header_style="bold", box=box.SIMPLE, pad_edge=False)
+        for i, name in enumerate(t.head):  # numbers keep one line, so their heads may need several
+            number = i in t.numbers
+            table.add_column(
+                fill(name, 8, break_long_words=False) if number else name,
+                justify="right" if number else "left",
+                no_wrap=number,
+                overflow="fold",
+            )
+        for i, row in enumerate(t.rows):
+            table.add_row(
+                *map(Text, row),
+                style="dim" if i in t.paper else "",
+                end_section=i in t.paper and i + 1 not in t.paper,
+            )
+        for words in filter(None, (Text(t.title, style="bold"), Text(t.lead))):
+            console.print(words)
+        console.print(table)
+        below = [t.note, *(f"{_mark(i)} {note}" for i, note in enumerate(t.footnotes, 1))]
+        if words := "\n".join(filter(None, below)):
+            console.print(Padding(Text(words, style="dim"), (0, 1, 1, 1)))
+
+
+def as_text(tables: Iterable[TextTable], width: int = 120) -> str:
+    """Tables as a terminal of ``width`` columns would show them, without colour."""
+    from io import StringIO
+
+    from rich.console import Console
+
+    buffer = StringIO()
+    show(tables, Console(file=buffer, width=width, no_color=True))
+    return buffer.getvalue()

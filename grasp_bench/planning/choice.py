@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from grasp_bench.grasps import Grasp
-from grasp_bench.planning.planner import Blocked, Plan, Planner, SeenScene, Unreachable
+from grasp_bench.planning.planner import Plan, Planner
+from grasp_bench.planning.refusals import Blocked, Unreachable
+from grasp_bench.planning.seen import SeenScene
 from grasp_bench.scenario.outcomes import Outcome
 
 

@@ -21,9 +21,9 @@ from grasp_bench.errors import PredictorError
 from grasp_bench.grasps import Grasp, GraspPose
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.planning.choice import choose_grasp
-from grasp_bench.planning.planner import Plan, Planner, SeenScene
+from grasp_bench.planning.planner import Plan, Planner
+from grasp_bench.planning.seen import SeenScene
 from grasp_bench.predictors.protocol import GroundTruth, Predictor, answer
-from grasp_bench.robot.ec66 import FINGER_STROKE
 from grasp_bench.robot.shake import AXES
 from grasp_bench.robot.trajectory import Trajectory
 from grasp_bench.scenario.outcomes import HARNESS_FAULTS, Outcome
@@ -304,7 +304,9 @@ def execute(world: World, plan: Plan, measured: dict[str, Any]) -> tuple[Outcome
     world.mark()
 
     preshape = np.maximum(
-        open_at, FINGER_STROKE - gripper.closing_speed * period * np.arange(1, len(plan.reach.positions) + 1)
+        open_at,
+        world.robot.gripper.stroke
+        - gripper.closing_speed * period * np.arange(1, len(plan.reach.positions) + 1),
     )
     world.follow(plan.reach, preshape)
     for chunk in chunks(plan.approach, 5):

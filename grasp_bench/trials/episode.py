@@ -25,7 +25,7 @@ from grasp_bench.errors import PredictorError
 from grasp_bench.grasps import Grasp
 from grasp_bench.objects.catalog import Catalog, ObjectModel
 from grasp_bench.planning.choice import choose_grasp
-from grasp_bench.planning.planner import SeenScene
+from grasp_bench.planning.seen import SeenScene
 from grasp_bench.predictors.protocol import GroundTruth, Predictor, PrivilegedPredictor, answer, checked
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scenario.sections import Scenario

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.planning import heightfield
+from grasp_bench.planning.depth import SIDE_CLEARANCE
 from grasp_bench.planning.heightfield import CELL, HeightField
 from grasp_bench.robot.gripper import Gripper
 from grasp_bench.robot.parallel_85 import PARALLEL_85
@@ -32,6 +33,8 @@ Floats = NDArray[np.float64]
 
 REST_VERSION = 3
 """Raise when resting poses or reference grasps would come out otherwise, so that all are built again."""
+SEEN_VERSION = 2
+"""The same for what is built with ``seen`` alone."""
 MAX_POSES = 5
 LEAST_PROBABILITY = 0.04
 SAME_POSE = np.radians(20)
@@ -43,9 +46,10 @@ KEPT = 6
 SOLID_GROUPS = np.array([1, 1, 1, 1, 0, 0], dtype=np.uint8)
 """Geom groups that are shown or collide."""
 ROOM_BESIDE = 0.002
-"""Room at the sides of a finger on its way down [m]: what the shipped objects were built with."""
-SEEN_ROOM = 0.003
-"""The planner's side clearance of 2 mm, and half a pixel on the table [m]."""
+"""Room at the sides of a finger on its way down [m]: what the shipped objects were built with, half of the
+planner's :data:`SIDE_CLEARANCE`."""
+SEEN_ROOM = SIDE_CLEARANCE + 0.001
+"""What the planner wants beside a finger, and half a pixel on the table [m]."""
 STARS = 1e3
 """Height from which rays are cast so far down that they are parallel [m]."""
 
@@ -206,7 +210,7 @@ def build_rest(folder: Path, seen: bool = False) -> bool:
         seen: see :func:`reference_grasps`.
     """
     details = json.loads((folder / "shape.json").read_text())
-    version = f"{REST_VERSION}{'+seen' if seen else ''}"
+    version = f"{REST_VERSION}{f'+seen{SEEN_VERSION}' if seen else ''}"
     mark = hashlib.sha256(f"{version}|{details['fingerprint']}".encode()).hexdigest()
     done = folder / "object.json"
     if done.is_file() and json.loads(done.read_text()).get("rest_fingerprint") == mark:

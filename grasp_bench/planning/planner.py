@@ -15,9 +15,9 @@ from grasp_bench.grasps import Grasp, GraspPose
 from grasp_bench.planning.depth import WIDENING_GAIN, grasp_pose, wanted_tip
 from grasp_bench.planning.refusals import Unreachable
 from grasp_bench.planning.seen import SeenScene
+from grasp_bench.planning.shake import amplitude, shaken
 from grasp_bench.robot.kinematics import InverseKinematics
 from grasp_bench.robot.robot import EC66_PARALLEL_85, Robot
-from grasp_bench.robot.shake import amplitude, shaken
 from grasp_bench.robot.trajectory import Trajectory, through
 from grasp_bench.scenario.sections import Scenario
 

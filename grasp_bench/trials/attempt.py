@@ -23,8 +23,8 @@ from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.planning.choice import choose_grasp
 from grasp_bench.planning.planner import Plan, Planner
 from grasp_bench.planning.seen import SeenScene
+from grasp_bench.planning.shake import AXES
 from grasp_bench.predictors.protocol import GroundTruth, Predictor, answer
-from grasp_bench.robot.shake import AXES
 from grasp_bench.robot.trajectory import Trajectory
 from grasp_bench.scenario.outcomes import HARNESS_FAULTS, Outcome
 from grasp_bench.scenario.sections import Calibration, Scenario

@@ -12,9 +12,9 @@ import pytest
 from grasp_bench.grasps import GraspPose
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.planning.planner import Planner
+from grasp_bench.planning.shake import AXES, SWELL, amplitude, burst
 from grasp_bench.predictors.controls import Oracle
 from grasp_bench.robot.ec66 import EC66
-from grasp_bench.robot.shake import AXES, SWELL, amplitude, burst
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.scenario.sections import Scenario, Shake

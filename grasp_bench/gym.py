@@ -68,7 +68,6 @@ class GraspEnv(gymnasium.Env[Observation, Action]):
         render_mode: str | None = None,
     ) -> None:
         without_gl()
-        from grasp_bench.robot.ec66 import FINGER_STROKE
         from grasp_bench.trials.workcell import Workcell
 
         self._catalog, self._names = select_objects(objects)
@@ -83,7 +82,8 @@ class GraspEnv(gymnasium.Env[Observation, Action]):
         self._cell = Workcell(chosen, renderer)
         self._corner = ((camera.width - size) // 2, (camera.height - size) // 2)
         self.size = size
-        self.widest = 2 * FINGER_STROKE * camera.intrinsics.fx / max(camera.position[2] - HIGHEST, 0.1)
+        opening = self._cell.planner.robot.gripper.opening
+        self.widest = opening * camera.intrinsics.fx / max(camera.position[2] - HIGHEST, 0.1)
         self.render_mode = render_mode
         self.observation_space = spaces.Dict(
             {

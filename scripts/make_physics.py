@@ -22,7 +22,7 @@ without_gl()
 from grasp_bench.doctor.physics.check import Check  # noqa: E402
 from grasp_bench.doctor.physics.reference import Watched  # noqa: E402
 from grasp_bench.doctor.physics.suite import Trials, judged, markdown, quick, trials  # noqa: E402
-from grasp_bench.robot.ec66 import JOINT_NAMES, TORQUE_LIMITS, VELOCITY_LIMITS  # noqa: E402
+from grasp_bench.robot.ec66 import EC66  # noqa: E402
 from grasp_bench.scenario.reading import load_scenario  # noqa: E402
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -83,12 +83,12 @@ def figure(done: Trials) -> str:
         (
             "greatest torque of a trial, of the limit",
             "#0b6e99",
-            np.array([w.torque for w in done.whole]) / TORQUE_LIMITS,
+            np.array([w.torque for w in done.whole]) / EC66.torque_limits,
         ),
         (
             "greatest speed of a trial, of the limit",
             "#d1495b",
-            np.array([w.velocity for w in done.whole]) / VELOCITY_LIMITS,
+            np.array([w.velocity for w in done.whole]) / EC66.velocity_limits,
         ),
     ):
         parts.append(
@@ -102,7 +102,7 @@ def figure(done: Trials) -> str:
                 f'<text x="{x:.1f}" y="{top - 10}" text-anchor="middle" font-size="11" fill="#777777">'
                 f"{percent} %</text>",
             ]
-        for joint, name in enumerate(JOINT_NAMES):
+        for joint, name in enumerate(EC66.joints):
             y = top + (joint + 0.5) * ROW
             parts.append(
                 f'<text x="{LEFT - 8}" y="{y + 4:.1f}" text-anchor="end" fill="#333333">{name}</text>'

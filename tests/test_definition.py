@@ -101,7 +101,7 @@ def test_the_sensor_is_that_of_section_4(models: dict[str, ObjectModel], table4:
 
 
 def test_colour_and_depth_of_the_table_are_those_of_section_4(table4: Scenario) -> None:
-    model = compile_scene(table4, None, robot=False)
+    model = compile_scene(table4, None, robot=None)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     camera = table4.camera

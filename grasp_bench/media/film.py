@@ -138,7 +138,7 @@ def _empty_scene(
     focal = height / 2 / np.tan(FIELD / 2)
     intrinsics = Intrinsics(width, height, focal, focal, width / 2, height / 2)
     directions = intrinsics.rays() @ view.pose.rotation.T
-    model = compile_scene(settings, None, robot=False)
+    model = compile_scene(settings, None, robot=None)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     picture = raycast(model, data, view.pose.position, directions)

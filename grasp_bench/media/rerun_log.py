@@ -22,9 +22,7 @@ from grasp_bench.media.meshes import Stage
 from grasp_bench.media.recording import Recording
 from grasp_bench.media.store import FOLDER, note_fault, stem
 from grasp_bench.media.takes import Take
-from grasp_bench.robot.ec66 import JOINT_NAMES
 from grasp_bench.scenario.sections import Scenario
-from grasp_bench.scene.builder import ARM_PREFIX, GRIPPER_PREFIX
 from grasp_bench.scene.world import World
 from grasp_bench.trials.attempt import Trial
 
@@ -203,7 +201,7 @@ def _log_image(rr: Any, stream: Any, root: str, take: Take, scenario: Scenario) 
 
 def _log_motion(rr: Any, stream: Any, root: str, take: Take) -> None:
     assert take.done.world is not None
-    model = take.done.world.model
+    model, robot = take.done.world.model, take.done.world.robot
     stage = Stage(model)
     for number, mesh in enumerate(stage.meshes):
         stream.log(
@@ -213,10 +211,12 @@ def _log_motion(rr: Any, stream: Any, root: str, take: Take) -> None:
             ),
             static=True,
         )
-    arm = [model.joint(ARM_PREFIX + name) for name in JOINT_NAMES]
+    arm = [model.joint(robot.arm_prefix + name) for name in robot.arm.joints]
     q = [int(j.qposadr[0]) for j in arm]
     v = [int(j.dofadr[0]) for j in arm]
-    fingers = [int(model.joint(f"{GRIPPER_PREFIX}{s}_finger_joint").qposadr[0]) for s in ("left", "right")]
+    fingers = [
+        int(model.joint(robot.gripper_prefix + name).qposadr[0]) for name in robot.gripper.finger_joints
+    ]
     for m in take.moments:
         stream.set_time("sim", duration=m.time - take.start)
         for body, (position, quaternion) in stage.poses(m.qpos).items():

@@ -6,7 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from grasp_bench.grasps import Grasp
-from grasp_bench.planning.planner import Plan, Planner, Refused, SeenScene
+from grasp_bench.planning.planner import Plan, Planner
+from grasp_bench.planning.refusals import Refused
+from grasp_bench.planning.seen import SeenScene
 
 
 @dataclass(frozen=True)

@@ -3,32 +3,34 @@
 Fingers that come from above meet only what can be seen from above, so the height field of
 the true shape tells which places they can reach and what they close on. For every cell and
 jaw direction the analysis opens the jaws as little as is free, puts the tips where the
-planner would (:func:`grasp_bench.planning.planner.grasp_pose`), and scores what lies between
+planner would (:func:`grasp_bench.planning.depth.grasp_pose`), and scores what lies between
 them. It is geometry, not physics: reference grasps and labels are tried in physics besides.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_closing, binary_dilation, maximum_filter
 
-from grasp_bench.robot.ec66 import FINGER_STROKE
+from grasp_bench.robot.gripper import Gripper
+from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.scenario.sections import Motion
 
 Floats = NDArray[np.float32]
+Cells = NDArray[np.intp]
 
 CELL = 0.002
 """Edge of a cell [m]."""
-ALONG = np.arange(-0.052, 0.0521, CELL, dtype=np.float32)
-"""Sample positions along the jaw direction [m]."""
-ACROSS = np.arange(-0.009, 0.0091, 0.003, dtype=np.float32)
-"""Sample positions across it: the width of a pad [m]."""
-HALF_OPENINGS = np.arange(0.006, FINGER_STROKE + 1e-6, CELL, dtype=np.float32)
-FINGER = 0.009
-"""Thickness of a finger along the jaw direction, with 1 mm to spare [m]."""
+ACROSS_STEP = 0.003
+"""Spacing of samples across the jaw direction [m]."""
+SPARE = 0.001
+"""Room behind an open finger [m]."""
+LEAST_HALF_OPENING = 0.006
 INSERTION, CLEARANCE = Motion().insertion, Motion().table_clearance
 TABLE_NOISE = 0.004
 """Heights below this count as table [m]."""
@@ -36,6 +38,51 @@ LEAST_INSERTION = 0.003
 """A grasp whose fingers reach less far below the top of what they hold is not tried [m]."""
 YAWS = np.linspace(0, np.pi, 18, endpoint=False)
 """Jaw directions tried [rad]."""
+
+
+def finger_room(gripper: Gripper) -> float:
+    """What an open finger takes along the jaw direction, with :data:`SPARE` [m]."""
+    return round(gripper.finger_thickness + SPARE, 6)  # 8 mm and 1 mm are 9 mm to the bit
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Where the analysis looks for a gripper.
+
+    Attributes:
+        along: (A,) float32 sample positions along the jaw direction, :data:`CELL` apart [m].
+        across: (B,) float32 sample positions across it, over the width of a pad [m].
+        half_openings: (E,) float32 half openings that are tried [m].
+        finger: cells that an open finger takes.
+    """
+
+    along: Floats
+    across: Floats
+    half_openings: Floats
+    finger: int
+
+    @property
+    def margin(self) -> int:
+        """Cells around a field that keep all samples of all jaw directions inside."""
+        return len(self.along) // 2 + 4
+
+    def near(self, position: float) -> int:
+        """Index of the sample nearest to ``position`` along the jaws [m]."""
+        return round((position - float(self.along[0])) / CELL)
+
+
+@lru_cache
+def samples_of(gripper: Gripper) -> Samples:
+    """The samples for ``gripper``."""
+    room = finger_room(gripper)
+    reach = CELL * math.ceil((gripper.stroke + room) / CELL)
+    pad = ACROSS_STEP * math.floor(gripper.pad[1] / 2 / ACROSS_STEP)
+    return Samples(
+        np.arange(-reach, reach + 1e-4, CELL, dtype=np.float32),
+        np.arange(-pad, pad + 1e-4, ACROSS_STEP, dtype=np.float32),
+        np.arange(LEAST_HALF_OPENING, gripper.stroke + 1e-6, CELL, dtype=np.float32),
+        round(room / CELL),
+    )
 
 
 @dataclass(frozen=True)
@@ -72,19 +119,22 @@ class GraspField:
     top: Floats
 
 
-def analyse(field: HeightField, yaws: NDArray[np.float64] = YAWS, chunk: int = 2000) -> GraspField:
-    """Best grasp on every cell of ``field`` over all ``yaws``."""
+def analyse(
+    field: HeightField, yaws: NDArray[np.float64] = YAWS, chunk: int = 2000, gripper: Gripper = PARALLEL_85
+) -> GraspField:
+    """Best grasp of ``gripper`` on every cell of ``field`` over all ``yaws``."""
+    samples = samples_of(gripper)
     h = field.heights
     solid = h > TABLE_NOISE
     # Also between walls (across a cup's mouth), where the centre lies on no material.
     candidates = binary_closing(np.pad(solid, 20), iterations=14)[20:-20, 20:-20] | solid
     rows, columns = np.nonzero(candidates & binary_dilation(solid, iterations=14))
     best = {name: np.zeros(h.shape, np.float32) for name in ("quality", "yaw", "opening", "tip", "top")}
-    padded = np.pad(h, 30)
+    padded = np.pad(h, samples.margin)
     for yaw in yaws:
         for start in range(0, len(rows), chunk):
             r, c = rows[start : start + chunk], columns[start : start + chunk]
-            found = _score(padded, r + 30, c + 30, float(yaw), field)
+            found = _score(padded, r, c, float(yaw), field, samples)
             better = found["quality"] > best["quality"][r, c]
             for name, values in found.items():
                 best[name][r[better], c[better]] = values[better]
@@ -93,39 +143,39 @@ def analyse(field: HeightField, yaws: NDArray[np.float64] = YAWS, chunk: int = 2
 
 
 def grasps_at(
-    field: HeightField, rows: NDArray[np.intp], columns: NDArray[np.intp], yaw: float
+    field: HeightField, rows: Cells, columns: Cells, yaw: float, gripper: Gripper = PARALLEL_85
 ) -> dict[str, Floats]:
     """The fields of :class:`GraspField` (N,) for given cells with jaws along ``yaw``, feasible or not."""
-    return _score(np.pad(field.heights, 30), rows + 30, columns + 30, yaw, field)
+    samples = samples_of(gripper)
+    return _score(np.pad(field.heights, samples.margin), rows, columns, yaw, field, samples)
 
 
 def _score(
-    h: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], yaw: float, field: HeightField
+    h: Floats, rows: Cells, columns: Cells, yaw: float, field: HeightField, samples: Samples
 ) -> dict[str, Floats]:
-    """Quality, opening, tip and top of grasps at cells of the padded height field ``h``.
+    """Quality, opening, tip and top of grasps at cells of ``field``, of which ``h`` are the padded heights.
 
     Grasps (N) are the last axis of all arrays: what is reduced are short axes, over long contiguous rows.
     """
+    along, half_openings, near, width = samples.along, samples.half_openings, samples.near, samples.finger
     cos, sin = np.cos(yaw), np.sin(yaw)
-    a, b = np.meshgrid(ALONG, ACROSS)  # (B, A)
-    dc = np.rint((a * cos - b * sin) / CELL).astype(np.intp)
-    dr = np.rint((a * sin + b * cos) / CELL).astype(np.intp)
+    a, b = np.meshgrid(along, samples.across)  # (B, A)
+    dc = np.rint((a * cos - b * sin) / CELL).astype(np.intp) + samples.margin
+    dr = np.rint((a * sin + b * cos) / CELL).astype(np.intp) + samples.margin
     patch = h.ravel().take((dr * h.shape[1] + dc)[..., None] + (rows * h.shape[1] + columns))  # (B, A, N)
 
     # Ground under both fingers for each symmetric opening.
     profile = patch.max(axis=0)
-    width = round(FINGER / CELL)
     ground = np.stack(
         [
             np.maximum(
-                profile[_near(e) : _near(e) + width].max(0),
-                profile[_near(-e) - width + 1 : _near(-e) + 1].max(0),
+                profile[near(e) : near(e) + width].max(0), profile[near(-e) - width + 1 : near(-e) + 1].max(0)
             )
-            for e in HALF_OPENINGS.tolist()
+            for e in half_openings.tolist()
         ]
     )  # (E, N)
     ground = np.where(ground > TABLE_NOISE, ground + CLEARANCE, 0)
-    inner = np.stack([profile[_near(-e) + 1 : _near(e)].max(0) for e in HALF_OPENINGS.tolist()])
+    inner = np.stack([profile[near(-e) + 1 : near(e)].max(0) for e in half_openings.tolist()])
     tip = np.maximum(np.maximum(inner - INSERTION, CLEARANCE), ground)
     free = inner - tip >= LEAST_INSERTION
     depth = np.where(free, inner - tip, 0)
@@ -135,18 +185,18 @@ def _score(
     first = np.where(feasible, _first(enough, 0), 0).astype(np.intp)
     index, n = first, np.arange(len(rows))
     for extra in (1, 2, 3):
-        wider = np.minimum(first + extra, len(HALF_OPENINGS) - 1)
+        wider = np.minimum(first + extra, len(half_openings) - 1)
         same = enough[wider, n] & (index == np.maximum(wider - 1, first))
         index = np.where(same, wider, index)
-    e, tips, tops = HALF_OPENINGS[index], tip[index, n], inner[index, n]
+    e, tips, tops = half_openings[index], tip[index, n], inner[index, n]
 
-    inside = np.abs(ALONG)[:, None] < e  # (A, N)
+    inside = np.abs(along)[:, None] < e  # (A, N)
     low = (patch > tips + 0.002) & inside
     high = (patch > np.minimum(tips + 0.007, tops - 0.001)) & inside
-    left, left_at, left_spread = _edge(low, +1)
-    right, right_at, right_spread = _edge(low, -1)
-    high_left, *_ = _edge(high, +1)
-    high_right, *_ = _edge(high, -1)
+    left, left_at, left_spread = _edge(low, +1, samples)
+    right, right_at, right_spread = _edge(low, -1, samples)
+    high_left, *_ = _edge(high, +1, samples)
+    high_right, *_ = _edge(high, -1, samples)
     rise = np.maximum(np.minimum(0.005, tops - 0.001 - tips - 0.002), 0.001)
     # Half a cell is within the grid's own error: on low things it would look like a steep slope.
     slope = np.maximum(np.maximum(high_left - left, right - high_right) - CELL / 2, 0) / rise
@@ -157,8 +207,8 @@ def _score(
     centred = np.exp(-(((0.5 * (left + right)) / 0.012) ** 2))
     area = np.clip(0.4 + 0.3 * (left_spread + right_spread), 0, 1)
     bite = np.clip((tops - tips) / 0.012, 0.4, 1)
-    x = field.origin[0] + (columns - 30) * CELL - field.centre_of_mass[0]
-    y = field.origin[1] + (rows - 30) * CELL - field.centre_of_mass[1]
+    x = field.origin[0] + columns * CELL - field.centre_of_mass[0]
+    y = field.origin[1] + rows * CELL - field.centre_of_mass[1]
     room = np.clip((e + left) / 0.003, 0.5, 1) * np.clip((e - right) / 0.003, 0.5, 1)
     quality = twist * torsion * lean * centred * area * bite * balance(np.stack([x, y], axis=-1)) * room
     quality = np.where(feasible & low.any(axis=(0, 1)) & (right > left), quality, 0)
@@ -172,7 +222,12 @@ def _score(
 
 
 def ground_of_fingers(
-    field: HeightField, centre: NDArray[np.floating], axis: NDArray[np.floating], opening: float, half: float
+    field: HeightField,
+    centre: NDArray[np.floating],
+    axis: NDArray[np.floating],
+    opening: float,
+    half: float,
+    gripper: Gripper = PARALLEL_85,
 ) -> float:
     """Greatest height [m] under two open fingers.
 
@@ -182,9 +237,11 @@ def ground_of_fingers(
         axis: x, y of the unit jaw direction.
         opening: between the pads [m].
         half: half width of the corridor of each finger, across the jaw direction [m].
+        gripper: whose fingers they are.
     """
     a, b = np.meshgrid(
-        opening / 2 + np.arange(-CELL / 2, FINGER, CELL / 4), np.arange(-half, half + CELL / 8, CELL / 4)
+        opening / 2 + np.arange(-CELL / 2, finger_room(gripper), CELL / 4),
+        np.arange(-half, half + CELL / 8, CELL / 4),
     )
     a, b = np.concatenate([a, -a]), np.concatenate([b, b])
     columns = np.rint((centre[0] + a * axis[0] - b * axis[1] - field.origin[0]) / CELL).astype(np.intp)
@@ -199,28 +256,24 @@ def balance(offset: NDArray[np.floating]) -> NDArray[np.floating]:
     return 0.25 + 0.75 * np.exp(-(offset**2).sum(-1) / 0.07**2)
 
 
-def _near(position: float) -> int:
-    """Index of the sample nearest to ``position`` along the jaws."""
-    return round((position - float(ALONG[0])) / CELL)
-
-
-def _edge(mask: NDArray[np.bool_], side: int) -> tuple[Floats, Floats, Floats]:
+def _edge(mask: NDArray[np.bool_], side: int, samples: Samples) -> tuple[Floats, Floats, Floats]:
     """Outermost material of each grasp, seen by one finger.
 
     Args:
         mask: (B, A, N) material between the jaws.
         side: +1 for the finger coming from negative positions, −1 for the other.
+        samples: where it was looked for.
 
     Returns:
         Position of the contact along the jaws (N,), its mean place across (N,), and the share
         of the pad's width that it covers (N,).
     """
     nowhere = np.float32(side) * 1.0
-    reach = np.append(ALONG[::side], nowhere)[_first(mask[:, ::side], 1)]  # (B, N)
+    reach = np.append(samples.along[::side], nowhere)[_first(mask[:, ::side], 1)]  # (B, N)
     contact = reach.min(0) if side > 0 else reach.max(0)
     touching = (reach != nowhere) & (np.abs(reach - contact) < 0.0015)
     count = np.maximum(touching.sum(0), 1)
-    return contact, (touching * ACROSS[:, None]).sum(0) / count, touching.sum(0) / len(ACROSS)
+    return contact, (touching * samples.across[:, None]).sum(0) / count, touching.sum(0) / len(samples.across)
 
 
 def _first(mask: NDArray[np.bool_], axis: int) -> NDArray[np.uint8]:

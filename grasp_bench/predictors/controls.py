@@ -17,12 +17,13 @@ from grasp_bench.camera import RgbdImage
 from grasp_bench.grasps import Grasp, wrap_angle
 from grasp_bench.predictors.level import seen_level
 from grasp_bench.predictors.protocol import GroundTruth, PrivilegedPredictor
+from grasp_bench.robot.parallel_85 import PARALLEL_85
 
 Floats = NDArray[np.float64]
 
 FOREGROUND = 0.006
 """Things less high above the table are not seen as things by the depth-only controls [m]."""
-JAW_OPENING = 0.085
+JAW_OPENING = PARALLEL_85.opening
 """What the depth-only controls know of the gripper [m]."""
 
 

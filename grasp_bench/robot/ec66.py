@@ -1,35 +1,30 @@
-"""Constants of the Elite EC66 arm and the benchmark's parallel gripper, for planning.
+"""The Elite EC66: six joints, 914 mm reach, 6 kg payload.
 
-SI units and radians. Velocity, torque and position limits are those of the maker's URDF
-(github.com/Elite-Robots/ROS, ``ec66_description.urdf``).
+Velocity, torque and position limits are those of the maker's URDF (github.com/Elite-Robots/ROS,
+``ec66_description.urdf``); lengths are of the published DH table.
 """
 
 from __future__ import annotations
 
 import math
 
-JOINT_NAMES = ("joint1", "joint2", "joint3", "joint4", "joint5", "joint6")
-"""Joints from base to flange; the position actuators carry the same names."""
+from grasp_bench.robot.arm import Arm
 
-VELOCITY_LIMITS = tuple(math.radians(v) for v in (150.0, 150.0, 190.0, 260.0, 260.0, 260.0))
-"""Greatest joint speeds (rad/s)."""
 
-TORQUE_LIMITS = (150.0, 150.0, 150.0, 28.0, 28.0, 28.0)
-"""Greatest joint torques (N m), equal to the actuators' force ranges."""
+def _radians(*degrees: float) -> tuple[float, ...]:
+    return tuple(math.radians(v) for v in degrees)
 
-POSITION_LIMITS = tuple(
-    (-math.radians(v), math.radians(v)) for v in (360.0, 360.0, 160.0, 360.0, 360.0, 360.0)
+
+EC66 = Arm(
+    name="Elite EC66",
+    file="ec66/ec66.xml",
+    joints=("joint1", "joint2", "joint3", "joint4", "joint5", "joint6"),
+    velocity_limits=_radians(150, 150, 190, 260, 260, 260),
+    torque_limits=(150.0, 150.0, 150.0, 28.0, 28.0, 28.0),
+    position_limits=tuple((-v, v) for v in _radians(360, 360, 160, 360, 360, 360)),
+    home=_radians(0, -125, 95, -60, 90, 0),  # folded upright, gripper 0.38 m above the base
+    ready=_radians(0, -95, 100, -95, 90, 0),
+    shoulder=0.122,
+    flange="flange",
 )
-"""Joint ranges (rad), lower and upper."""
-
-HOME = tuple(math.radians(v) for v in (0.0, -125.0, 95.0, -60.0, 90.0, 0.0))
-"""Folded upright, gripper pointing down 0.38 m above the base, outside the camera's view (rad).
-
-Keyframe ``home`` of ``ec66.xml`` holds the same values.
-"""
-
-FLANGE_TO_TCP = 0.165
-"""Distance from the flange to the point between the finger tips, along the approach (m)."""
-
-FINGER_STROKE = 0.0425
-"""Travel of one finger (m); the jaws open to twice that."""
+"""The benchmark's reference arm."""

@@ -1,4 +1,4 @@
-"""Inverse kinematics of the EC66 with mink: several starts, an iteration cap, and a verdict.
+"""Inverse kinematics with mink: several starts, an iteration cap, and a verdict.
 
 Differential IK is local, so it is started from an elbow-up posture turned towards the target, once
 for each jaw orientation (a half turn of the gripper is the same grasp); what is left over is
@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.grasps import GraspPose
-from grasp_bench.robot.ec66 import FLANGE_TO_TCP, JOINT_NAMES, VELOCITY_LIMITS
-from grasp_bench.system.paths import assets_dir
+from grasp_bench.robot.arm import Arm
+from grasp_bench.robot.gripper import Gripper
+from grasp_bench.robot.robot import EC66_PARALLEL_85, Robot
 
 Joints = NDArray[np.float64]
 
@@ -28,14 +29,11 @@ MAX_ITERATIONS = 60
 STEP = 0.1
 """Pseudo-time of one iteration [s]; with the velocity limits it bounds the joint step."""
 
-_READY = np.radians([0.0, -95.0, 100.0, -95.0, 90.0, 0.0])
-"""Elbow up, tool down, above the middle of the table [rad]."""
 
-
-@lru_cache(maxsize=1)
-def arm_model() -> mujoco.MjModel:
-    """The EC66 alone, without visual meshes: all that kinematics needs."""
-    spec = mujoco.MjSpec.from_file(str(assets_dir() / "ec66" / "ec66.xml"))
+@lru_cache
+def arm_model(arm: Arm) -> mujoco.MjModel:
+    """The arm alone, without visual meshes: all that kinematics needs."""
+    spec = mujoco.MjSpec.from_file(str(arm.path))
     for geom in [g for g in spec.geoms if g.type == mujoco.mjtGeom.mjGEOM_MESH]:
         spec.delete(geom)
     for mesh in list(spec.meshes):
@@ -43,38 +41,44 @@ def arm_model() -> mujoco.MjModel:
     return spec.compile()
 
 
-def flange_target(pose: GraspPose) -> mink.SE3:
+def flange_target(pose: GraspPose, gripper: Gripper) -> mink.SE3:
     """Where the flange must be for the TCP to be at ``pose``."""
     matrix = np.eye(4)
     matrix[:3, :3] = pose.rotation
-    matrix[:3, 3] = pose.position - FLANGE_TO_TCP * pose.rotation[:, 2]
+    matrix[:3, 3] = pose.position - gripper.flange_to_tcp * pose.rotation[:, 2]
     return mink.SE3.from_matrix(matrix)
 
 
 class InverseKinematics:
-    """Solver for TCP poses of the arm standing at the world's origin."""
+    """Solver for TCP poses of a robot standing at the world's origin; N is the number of its joints."""
 
-    def __init__(self) -> None:
-        self.model = arm_model()
+    def __init__(self, robot: Robot = EC66_PARALLEL_85) -> None:
+        self.robot = robot
+        arm = robot.arm
+        self.model = arm_model(arm)
         self.configuration = mink.Configuration(self.model)
-        self.task = mink.FrameTask("flange", "site", position_cost=1.0, orientation_cost=0.3, lm_damping=1e-6)
+        self.task = mink.FrameTask(
+            arm.flange, "site", position_cost=1.0, orientation_cost=0.3, lm_damping=1e-6
+        )
         self.limits = [
             mink.ConfigurationLimit(self.model),
-            mink.VelocityLimit(self.model, dict(zip(JOINT_NAMES, VELOCITY_LIMITS, strict=True))),
+            mink.VelocityLimit(self.model, dict(zip(arm.joints, arm.velocity_limits, strict=True))),
         ]
 
     def forward(self, q: Joints) -> GraspPose:
-        """TCP pose at joint angles ``q`` (6,) [rad]; the opening is left 0."""
+        """TCP pose at joint angles ``q`` (N,) [rad]; the opening is left 0."""
         self.configuration.update(np.asarray(q, dtype=float))
-        flange = self.configuration.get_transform_frame_to_world("flange", "site").as_matrix()
-        return GraspPose(flange[:3, 3] + FLANGE_TO_TCP * flange[:3, 2], flange[:3, :3], 0.0)
+        flange = self.configuration.get_transform_frame_to_world(self.robot.arm.flange, "site").as_matrix()
+        return GraspPose(
+            flange[:3, 3] + self.robot.gripper.flange_to_tcp * flange[:3, 2], flange[:3, :3], 0.0
+        )
 
     def solve(self, pose: GraspPose, start: Joints) -> Joints | None:
-        """Joint angles (6,) [rad] that bring the TCP to ``pose``, descending from ``start``.
+        """Joint angles (N,) [rad] that bring the TCP to ``pose``, descending from ``start``.
 
         Returns None when the error is not within tolerance after :data:`MAX_ITERATIONS`.
         """
-        self.task.set_target(flange_target(pose))
+        self.task.set_target(flange_target(pose, self.robot.gripper))
         self.configuration.update(np.asarray(start, dtype=float))
         for _ in range(MAX_ITERATIONS):
             error = self.task.compute_error(self.configuration)
@@ -94,16 +98,17 @@ class InverseKinematics:
 
         Empty when neither can be reached from any start.
         """
+        arm, ready = self.robot.arm, np.array(self.robot.arm.ready)
         bearing = math.atan2(pose.position[1], pose.position[0])
         found: list[tuple[float, GraspPose, Joints]] = []
         for candidate in (pose, pose.flipped()):
-            start = _READY.copy()
+            start = ready.copy()
             reach = float(np.hypot(*pose.position[:2]))
-            start[0] += bearing - math.asin(min(1.0, 0.122 / max(0.2, reach)))
-            start[5] = _wrist_guess(self, start, candidate)
+            start[0] += bearing - math.asin(min(1.0, arm.shoulder / max(0.2, reach)))
+            start[-1] = _wrist_guess(self, start, candidate)
             q = self.solve(candidate, start)
             if q is not None:
-                found.append((float(np.abs(q - _READY).max()), candidate, q))
+                found.append((float(np.abs(q - ready).max()), candidate, q))
         return [(g, q) for _, g, q in sorted(found, key=lambda f: f[0])]
 
     def follow(self, poses: list[GraspPose], start: Joints) -> list[Joints] | None:
@@ -123,4 +128,4 @@ def _wrist_guess(ik: InverseKinematics, start: Joints, pose: GraspPose) -> float
     """Angle of the last joint that turns the jaws nearest to the wanted direction."""
     now = ik.forward(start).rotation
     error = math.atan2(float(now[:, 1] @ pose.rotation[:, 0]), float(now[:, 0] @ pose.rotation[:, 0]))
-    return math.remainder(float(start[5]) + error, 2 * math.pi)
+    return math.remainder(float(start[-1]) + error, 2 * math.pi)

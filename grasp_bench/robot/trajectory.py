@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from grasp_bench.robot.ec66 import VELOCITY_LIMITS
+from grasp_bench.robot.ec66 import EC66
 
 Floats = NDArray[np.float64]
 
@@ -21,8 +22,8 @@ class Trajectory:
     """Sampled joint motion.
 
     Attributes:
-        positions: (T, 6) joint angles [rad].
-        velocities: (T, 6) joint velocities [rad/s].
+        positions: (T, N) joint angles [rad].
+        velocities: (T, N) joint velocities [rad/s].
     """
 
     positions: Floats
@@ -30,12 +31,17 @@ class Trajectory:
 
     @property
     def end(self) -> Floats:
-        """(6,) joint angles at the end."""
+        """(N,) joint angles at the end."""
         return self.positions[-1]
 
 
 def through(
-    waypoints: list[Floats], period: float, speed_fraction: float, length: float = 0.0, speed: float = np.inf
+    waypoints: list[Floats],
+    period: float,
+    speed_fraction: float,
+    length: float = 0.0,
+    speed: float = np.inf,
+    limits: Sequence[float] = EC66.velocity_limits,
 ) -> Trajectory:
     """Smooth motion through joint waypoints, at rest at both ends.
 
@@ -44,11 +50,12 @@ def through(
     TCP, which covers ``length`` metres, to stay below ``speed`` m/s on average peak.
 
     Args:
-        waypoints: at least two (6,) joint vectors [rad].
+        waypoints: at least two (N,) joint vectors [rad].
         period: sampling period [s].
         speed_fraction: share of the joints' velocity limits that may be used, (0, 1].
         length: path length of the TCP [m]; 0 when only the joints matter.
         speed: greatest speed of the TCP [m/s].
+        limits: (N,) the arm's velocity limits [rad/s].
     """
     q = np.asarray(waypoints, dtype=float)
     step = np.linalg.norm(np.diff(q, axis=0), axis=1)
@@ -68,7 +75,7 @@ def through(
     dense = np.linspace(0, 1, 65)
     law = 30 * dense**2 * (1 - dense) ** 2
     at = dense**3 * (10 - 15 * dense + 6 * dense**2)
-    slope = np.abs(path(at, 1)) * law[:, None] / np.asarray(VELOCITY_LIMITS)
+    slope = np.abs(path(at, 1)) * law[:, None] / np.asarray(limits)
     duration = max(float(slope.max()) / speed_fraction, PEAK * length / speed, 2 * period)
     count = int(np.ceil(duration / period))
     u = np.arange(1, count + 1) / count

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator, model_validator
 
 from grasp_bench.camera import CameraPose, Intrinsics
+from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.scenario.fields import Fraction, NonNegative, Positive, Section, Vector
 from grasp_bench.scenario.sensors import Sensor
 
@@ -122,18 +123,18 @@ class Settling(Section):
 
 
 class Gripper(Section):
-    """The parallel gripper."""
+    """The parallel gripper, within what the reference gripper can."""
 
-    force: Annotated[float, Field(ge=20, le=235)] = 60.0
-    closing_speed: Annotated[float, Field(gt=0, le=0.15)] = 0.075
-    squeeze: Annotated[float, Field(ge=0, le=0.03)] = 0.025
+    force: Annotated[float, Field(ge=PARALLEL_85.force[0], le=PARALLEL_85.force[1])] = 60.0
+    closing_speed: Annotated[float, Field(gt=0, le=PARALLEL_85.speed)] = 0.075
+    squeeze: Annotated[float, Field(ge=0, le=PARALLEL_85.squeeze)] = 0.025
     friction_scale: Positive = 1.0
     torsional_friction: NonNegative = 0.005
     settle_time: NonNegative = 0.25
 
 
 class Shake(Section):
-    """Shaking after the lift, along the three axes of the gripper; see :mod:`grasp_bench.robot.shake`."""
+    """Shaking after the lift, along the three axes of the gripper; see :mod:`grasp_bench.planning.shake`."""
 
     acceleration: Annotated[float, Field(ge=0, le=20)] = 0.0
     frequency: Annotated[float, Field(ge=1, le=20)] = 4.0

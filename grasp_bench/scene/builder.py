@@ -20,17 +20,14 @@ import mujoco
 import numpy as np
 
 from grasp_bench.objects.catalog import ObjectModel, VisualPart
+from grasp_bench.robot.robot import EC66_PARALLEL_85, Robot
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.hulls import merged
-from grasp_bench.system.paths import assets_dir
+from grasp_bench.scene.mounting import load_robot
 
 OBJECT = "object"
 TABLE = "table"
 GROUND = "ground"
-ARM_PREFIX = "arm/"
-GRIPPER_PREFIX = "arm/gripper/"
-PADS = ("left_pad", "right_pad")
-"""Geoms of ``gripper.xml`` that touch the object."""
 VISUAL_GROUP = 2
 COLLISION_GROUP = 3
 ROLLING_FRICTION = 1.5e-3
@@ -102,14 +99,7 @@ def add_object(root: Any, model: SceneObject, scenario: Scenario, name: str = OB
         "inertial",
         pos=[0, 0, 0],
         mass=heavier * model.mass,
-        fullinertia=[
-            inertia[0, 0],
-            inertia[1, 1],
-            inertia[2, 2],
-            inertia[0, 1],
-            inertia[0, 2],
-            inertia[1, 2],
-        ],
+        fullinertia=inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]],
     )
     for i, part in enumerate(model.visual):
         mesh = root.asset.add(
@@ -225,18 +215,18 @@ def new_world(scenario: Scenario) -> Any:
     return root
 
 
-def compose(scenario: Scenario, model: SceneObject | None, robot: bool = True) -> Any:
+def compose(scenario: Scenario, model: SceneObject | None, robot: Robot | None = EC66_PARALLEL_85) -> Any:
     """The MJCF model (``dm_control.mjcf.RootElement``) of a trial's world.
 
     Args:
         scenario: settings.
         model: the object, or None for an empty table.
-        robot: with the EC66 and its gripper, or only table and object.
+        robot: at the origin, or None for only table and object.
     """
     root = new_world(scenario)
     add_table(root, scenario)
-    if robot:
-        root.attach(load_robot(scenario, 1.0 if model is None else model.friction))
+    if robot is not None:
+        root.attach(load_robot(robot, scenario, 1.0 if model is None else model.friction))
     if model is not None:
         add_object(root, model, scenario)
     return root
@@ -247,58 +237,14 @@ def object_name(which: int) -> str:
     return f"{OBJECT}{which}"
 
 
-def compose_many(scenario: Scenario, models: Sequence[SceneObject]) -> Any:
+def compose_many(scenario: Scenario, models: Sequence[SceneObject], robot: Robot = EC66_PARALLEL_85) -> Any:
     """The MJCF model of a world with robot, table and several objects, named by :func:`object_name`."""
     root = new_world(scenario)
     add_table(root, scenario)
-    root.attach(load_robot(scenario, 1.0))
+    root.attach(load_robot(robot, scenario, 1.0))
     for i, model in enumerate(models):
         add_object(root, model, scenario, object_name(i))
     return root
-
-
-def load_robot(scenario: Scenario, friction: float) -> Any:
-    """EC66 with its gripper at the flange, pads set to the object's ``friction``."""
-    arm, gripper = load_part("ec66"), load_part("gripper")
-    arm.model, gripper.model = "arm", "gripper"
-    set_gripper(
-        [gripper.find("geom", name) for name in PADS], gripper.find("actuator", "gripper"), scenario, friction
-    )
-    arm.find("site", "flange").attach(gripper)
-    for key in [*arm.find_all("key"), *gripper.find_all("key")]:
-        key.remove()
-    return arm
-
-
-def part_file(stem: str) -> Path:
-    """MJCF file of the arm (``ec66``) or the ``gripper``."""
-    return assets_dir() / "ec66" / f"{stem}.xml"
-
-
-def load_part(stem: str) -> Any:
-    """Arm (``ec66``) or ``gripper``, without the solver settings that its file has for viewing it alone.
-
-    Left in, they would meet those of the scenario on attaching: dm_control refuses different values, and
-    takes a scenario's 0 for unset.
-    """
-    from dm_control import mjcf
-
-    part = mjcf.from_path(str(part_file(stem)))
-    part.option.remove()
-    return part
-
-
-def set_gripper(pads: list[Any], actuator: Any, scenario: Scenario, friction: float) -> None:
-    """Set the friction of both :data:`PADS` and the force limit of the actuator ``gripper``.
-
-    They are elements of ``gripper.xml``, of dm_control's or of MuJoCo's own kind. The pads have priority
-    over what they touch, so their ``friction`` is the pair's.
-    """
-    for pad in pads:
-        pad.friction = [friction * scenario.gripper.friction_scale, scenario.gripper.torsional_friction, 1e-4]
-    # The actuator's tendon averages both finger positions, so each finger gets half its force.
-    force = 2 * scenario.gripper.force
-    actuator.forcerange = [-force, force]
 
 
 def compile_mjcf(root: Any) -> mujoco.MjModel:
@@ -312,28 +258,26 @@ def cache_dir() -> Path:
     return (Path(base) if base else Path.home() / ".cache") / "grasp-bench" / "models"
 
 
-def _digest(scenario: Scenario, model: ObjectModel | None, robot: bool) -> str:
+def _digest(scenario: Scenario, model: ObjectModel | None, robot: Robot | None) -> str:
     # All of the scenario but what surely is not in the model: a few keys too many cost only cache hits.
     settings = scenario.model_dump_json(exclude=NOT_IN_THE_MODEL)
-    parts = f"{_fixed_digest()}|{robot}|{settings}|{model.digest if model else '-'}"
+    parts = f"{_fixed_digest(robot)}|{settings}|{model.digest if model else '-'}"
     return hashlib.sha256(parts.encode()).hexdigest()[:32]
 
 
-@lru_cache(maxsize=1)
-def _fixed_digest() -> str:
-    """Of what no trial of a process changes: MuJoCo, this code, and the robot's files."""
-    digest = hashlib.sha256(f"{mujoco.__version__}|".encode())
-    for path in (
-        Path(__file__),
-        Path(__file__).with_name("hulls.py"),
-        *sorted((assets_dir() / "ec66").glob("*.xml")),
-        *sorted((assets_dir() / "ec66" / "meshes").iterdir()),
-    ):
+@lru_cache
+def _fixed_digest(robot: Robot | None) -> str:
+    """Of what no trial of a process changes: MuJoCo, this code, and the robot's facts and files."""
+    digest = hashlib.sha256(f"{mujoco.__version__}|{robot}|".encode())
+    code = (Path(__file__).with_name(f"{name}.py") for name in ("builder", "hulls", "mounting"))
+    for path in (*code, *(robot.files if robot else ())):
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
 
-def compile_scene(scenario: Scenario, model: ObjectModel | None, robot: bool = True) -> mujoco.MjModel:
+def compile_scene(
+    scenario: Scenario, model: ObjectModel | None, robot: Robot | None = EC66_PARALLEL_85
+) -> mujoco.MjModel:
     """Compiled model of a trial's world, from the cache where it is there."""
     path = cache_dir() / f"{_digest(scenario, model, robot)}.mjb"
     if path.is_file():

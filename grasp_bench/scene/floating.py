@@ -13,17 +13,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from grasp_bench.robot.ec66 import FINGER_STROKE, FLANGE_TO_TCP
+from grasp_bench.robot.gripper import Gripper
+from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.scenario.sections import Scenario
-from grasp_bench.scene.builder import (
-    PADS,
-    SceneObject,
-    add_object,
-    add_table,
-    new_world,
-    part_file,
-    set_gripper,
-)
+from grasp_bench.scene.builder import SceneObject, add_object, add_table, new_world
+from grasp_bench.scene.mounting import set_gripper
 
 Floats = NDArray[np.float64]
 
@@ -34,7 +28,7 @@ SHAKE = 5.0
 """Acceleration of the shake along each axis [m/s²]."""
 
 FOR_VIEWING = ("timestep", "integrator", "solver", "jacobian", "cone", "impratio", "noslip_iterations")
-"""Options that ``gripper.xml`` has for viewing it alone; the scenario's are in force."""
+"""Options that a gripper's file has for viewing it alone; the scenario's are in force."""
 
 
 @dataclass(frozen=True)
@@ -77,8 +71,10 @@ class Attempt:
     slide: float = 0.0
 
 
-def compile_floating(scenario: Scenario, objects: list[SceneObject]) -> mujoco.MjModel:
-    """Model of a table with ``objects`` and the floating gripper.
+def compile_floating(
+    scenario: Scenario, objects: list[SceneObject], gripper: Gripper = PARALLEL_85
+) -> mujoco.MjModel:
+    """Model of a table with ``objects`` and the floating ``gripper``.
 
     The gripper is read and attached by MuJoCo itself: dm_control needs 28 ms to read its file alone, and
     one such model is made for each scene of training data.
@@ -100,19 +96,20 @@ def compile_floating(scenario: Scenario, objects: list[SceneObject]) -> mujoco.M
     for i, model in enumerate(objects):
         add_object(root, model, scenario, f"object{i}")
 
-    gripper = mujoco.MjSpec.from_file(str(part_file("gripper")))
+    hand = mujoco.MjSpec.from_file(str(gripper.path))
     set_gripper(
-        [gripper.geom(name) for name in PADS],
-        gripper.actuator("gripper"),
+        gripper,
+        [hand.geom(name) for name in gripper.pads],
+        hand.actuator(gripper.actuator),
         scenario,
         max((o.friction for o in objects), default=1.0),
     )
-    for unseen in [*(g for g in gripper.geoms if g.classname.name == "visual"), *gripper.meshes]:
-        gripper.delete(unseen)
+    for unseen in [*(g for g in hand.geoms if g.classname.name == "visual"), *hand.meshes]:
+        hand.delete(unseen)
     spec = mujoco.MjSpec.from_string(root.to_xml_string(), assets=root.get_assets())
     for name in FOR_VIEWING:
-        setattr(gripper.option, name, getattr(spec.option, name))
-    spec.attach(gripper, prefix=PREFIX, site=spec.site("flange"))
+        setattr(hand.option, name, getattr(spec.option, name))
+    spec.attach(hand, prefix=PREFIX, site=spec.site("flange"))
     return spec.compile()
 
 
@@ -123,28 +120,29 @@ class FloatingGripper:
         model: from :func:`compile_floating`.
         scenario: its settings.
         count: how many objects there are.
+        gripper: that the model was compiled with.
     """
 
-    def __init__(self, model: mujoco.MjModel, scenario: Scenario, count: int = 1) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, scenario: Scenario, count: int = 1, gripper: Gripper = PARALLEL_85
+    ) -> None:
         self.model, self.scenario, self.data = model, scenario, mujoco.MjData(model)
+        self.gripper = gripper
         self._carrier_q = np.array([model.joint(n).qposadr[0] for n in ("x", "y", "z", "yaw")])
         self._carrier_u = np.array([model.actuator(n).id for n in ("x", "y", "z", "yaw")])
-        self._jaw = model.actuator(PREFIX + "gripper").id
-        self._fingers = np.array(
-            [model.joint(f"{PREFIX}{s}_finger_joint").qposadr[0] for s in ("left", "right")]
-        )
+        self._jaw = model.actuator(PREFIX + gripper.actuator).id
+        self._fingers = np.array([model.joint(PREFIX + n).qposadr[0] for n in gripper.finger_joints])
         self.object_q = [int(model.joint(f"object{i}").qposadr[0]) for i in range(count)]
         bodies = [model.body(i).name for i in model.geom_bodyid]
-        self._left = np.array([b == PREFIX + "left_finger" for b in bodies])
-        self._right = np.array([b == PREFIX + "right_finger" for b in bodies])
+        self._left, self._right = (np.array([b == PREFIX + f for b in bodies]) for f in gripper.fingers)
         self._gripper = np.array([b.startswith(PREFIX) for b in bodies])
         self._body = np.array([int(b[6:]) if b.startswith("object") else -1 for b in bodies])
-        self._tcp = model.site(PREFIX + "tcp").id
+        self._tcp = model.site(PREFIX + gripper.tcp).id
         self.park()
 
     def park(self) -> None:
         """Move the gripper out of the way, open."""
-        self._put([PARK, 0, PARK, 0], 2 * FINGER_STROKE)
+        self._put([PARK, 0, PARK, 0], self.gripper.opening)
 
     def _put(self, carrier: Any, opening: float) -> None:
         self.data.qpos[self._carrier_q] = self.data.ctrl[self._carrier_u] = carrier
@@ -188,7 +186,7 @@ class FloatingGripper:
         model, data = self.model, self.data
         mujoco.mj_resetData(model, data)
         data.qpos[:], data.qvel[:] = state
-        height = tip[2] + FLANGE_TO_TCP
+        height = tip[2] + self.gripper.flange_to_tcp
         self._put([tip[0], tip[1], height, yaw], opening)
         mujoco.mj_forward(model, data)
         if self._penetrates():

@@ -11,10 +11,10 @@ from mujoco.rollout import rollout
 from numpy.typing import NDArray
 
 from grasp_bench.grasps import GraspPose
-from grasp_bench.robot.ec66 import FINGER_STROKE, HOME, JOINT_NAMES
+from grasp_bench.robot.robot import EC66_PARALLEL_85, Robot
 from grasp_bench.robot.trajectory import Trajectory
 from grasp_bench.scenario.sections import Scenario
-from grasp_bench.scene.builder import ARM_PREFIX, GRIPPER_PREFIX, GROUND, OBJECT
+from grasp_bench.scene.builder import GROUND, OBJECT
 
 Floats = NDArray[np.float64]
 
@@ -56,9 +56,11 @@ class World:
         objects: names of the objects' bodies; the first is the target at the start.
         friction: of each object against the pads, which take on the target's; without it they stay as
             compiled.
+        robot: that the model was compiled with.
 
     Attributes:
         target: index of the object that is tried.
+        pads: (2,) numbers of the geoms of the left and the right pad.
     """
 
     def __init__(
@@ -67,31 +69,32 @@ class World:
         scenario: Scenario,
         objects: Sequence[str] = (OBJECT,),
         friction: Sequence[float] | None = None,
+        robot: Robot = EC66_PARALLEL_85,
     ) -> None:
-        self.model, self.scenario = model, scenario
+        self.model, self.scenario, self.robot = model, scenario, robot
+        arm, hand, gripper = robot.arm_prefix, robot.gripper_prefix, robot.gripper
         self.data = mujoco.MjData(model)
-        joints = [model.joint(ARM_PREFIX + n) for n in JOINT_NAMES]
+        joints = [model.joint(arm + n) for n in robot.arm.joints]
         self._arm_q = np.array([j.qposadr[0] for j in joints])
         self._arm_v = np.array([j.dofadr[0] for j in joints])
-        self._arm_ctrl = np.array([model.actuator(ARM_PREFIX + n).id for n in JOINT_NAMES])
-        self._jaw_ctrl = model.actuator(GRIPPER_PREFIX + "gripper").id
-        fingers = [model.joint(f"{GRIPPER_PREFIX}{s}_finger_joint") for s in ("left", "right")]
+        self._arm_ctrl = np.array([model.actuator(arm + n).id for n in robot.arm.joints])
+        self._jaw_ctrl = model.actuator(hand + gripper.actuator).id
+        fingers = [model.joint(hand + n) for n in gripper.finger_joints]
         self._finger_q = np.array([j.qposadr[0] for j in fingers])
         # A position servo lags by kv/kp times the speed; adding that to the command cancels it.
         gain = model.actuator_gainprm[self._arm_ctrl, 0]
         self._lead = -model.actuator_biasprm[self._arm_ctrl, 2] / gain
-        self._tcp = model.site(GRIPPER_PREFIX + "tcp").id
+        self._tcp = model.site(hand + gripper.tcp).id
         self.bodies = [model.body(n).id for n in objects]
         self._places = [model.joint(n).qposadr[0] for n in objects]
         self._speeds = [model.joint(n).dofadr[0] for n in objects]
         self._friction = friction
         self._is_any_object = np.isin(model.geom_bodyid, self.bodies)
         names = [model.body(i).name for i in model.geom_bodyid]
-        self._is_left = np.array([n == GRIPPER_PREFIX + "left_finger" for n in names])
-        self._is_right = np.array([n == GRIPPER_PREFIX + "right_finger" for n in names])
-        self._is_pad = (self._is_left | self._is_right) & (model.geom_priority > 0)
-        self._is_palm = np.array([n == GRIPPER_PREFIX + "gripper" for n in names])
-        self._is_robot = np.array([n.startswith(ARM_PREFIX) for n in names])
+        self._is_left, self._is_right = (np.array([n == hand + f for n in names]) for f in gripper.fingers)
+        self.pads = np.array([model.geom(hand + n).id for n in gripper.pads])
+        self._is_palm = np.array([n == hand + gripper.palm_body for n in names])
+        self._is_robot = np.array([n.startswith(arm) for n in names])
         self._is_table = np.array([model.geom(i).name == GROUND for i in range(model.ngeom)])
         self.steps = 0
         self.observer: Callable[[World], None] | None = None
@@ -102,9 +105,10 @@ class World:
 
     # ------------------------------------------------------------ setting up
 
-    def go_home(self, opening: float = 2 * FINGER_STROKE) -> None:
-        """Put the resting arm at its home posture, jaws ``opening`` apart [m]."""
-        self.data.qpos[self._arm_q] = self.data.ctrl[self._arm_ctrl] = HOME
+    def go_home(self, opening: float | None = None) -> None:
+        """Put the resting arm at its home posture, jaws ``opening`` apart [m], or as wide as they go."""
+        opening = self.robot.gripper.opening if opening is None else opening
+        self.data.qpos[self._arm_q] = self.data.ctrl[self._arm_ctrl] = self.robot.arm.home
         self.data.qpos[self._finger_q] = self.data.ctrl[self._jaw_ctrl] = opening / 2
 
     def place_object(self, position: Floats, quaternion: Floats) -> None:
@@ -120,7 +124,7 @@ class World:
         self._object_q, self._object_v = self._places[which], self._speeds[which]
         self._is_object = self.model.geom_bodyid == self.object_body
         if self._friction is not None:  # sliding friction of a pair is that of the pads, which have priority
-            self.model.geom_friction[self._is_pad, 0] = (
+            self.model.geom_friction[self.pads, 0] = (
                 self._friction[which] * self.scenario.gripper.friction_scale
             )
 
@@ -182,7 +186,7 @@ class World:
             raise UnstableError(f"MuJoCo warning {mujoco.mjtWarning(which).name[7:].lower()}")
 
     def command(self, q: Floats, velocity: Floats, jaw: float) -> None:
-        """Set the servos: joint angles (6,) [rad] moving at ``velocity``, finger position [m]."""
+        """Set the servos: joint angles (N,) [rad] moving at ``velocity``, finger position [m]."""
         self.data.ctrl[self._arm_ctrl] = q + self._lead * velocity
         self.data.ctrl[self._jaw_ctrl] = jaw
 
@@ -238,12 +242,12 @@ class World:
 
     @property
     def joint_torques(self) -> Floats:
-        """(6,) what the arm's motors give [N m]: the servos, and the compensation of the arm's weight."""
+        """(N,) what the arm's motors give [N m]: the servos, and the compensation of the arm's weight."""
         return self.data.qfrc_actuator[self._arm_v] + self.data.qfrc_gravcomp[self._arm_v]
 
     @property
     def joint_velocities(self) -> Floats:
-        """(6,) of the arm [rad/s]."""
+        """(N,) of the arm [rad/s]."""
         return self.data.qvel[self._arm_v].copy()
 
     def touch(self) -> Touch:
@@ -268,7 +272,7 @@ class World:
                     elsewhere.add("another object")  # one that was lifted with it does not count
             elif not self._is_palm[other]:
                 name = self.model.geom(int(other)).name
-                elsewhere.add("table" if name == GROUND else name.removeprefix(ARM_PREFIX))
+                elsewhere.add("table" if name == GROUND else name.removeprefix(self.robot.arm_prefix))
         return Touch(left, right, tuple(sorted(elsewhere)))
 
     def collision_force(self) -> tuple[float, str]:

@@ -19,7 +19,9 @@ from grasp_bench.errors import PredictorError
 from grasp_bench.grasps import Grasp
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.planning.choice import choose_grasp
-from grasp_bench.planning.planner import Plan, Refused, SeenScene
+from grasp_bench.planning.planner import Plan
+from grasp_bench.planning.refusals import Refused
+from grasp_bench.planning.seen import SeenScene
 from grasp_bench.predictors.protocol import GroundTruth, Predictor, ask
 from grasp_bench.runs.record import TrialRecord
 from grasp_bench.scenario.outcomes import Outcome

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from grasp_bench.grasps import GraspPose
 from grasp_bench.planning.planner import Plan
-from grasp_bench.robot.ec66 import FINGER_STROKE
-from grasp_bench.robot.shake import AXES
+from grasp_bench.planning.shake import AXES
 from grasp_bench.robot.trajectory import Trajectory
 from grasp_bench.runs.record import TcpError
 from grasp_bench.scenario.outcomes import Outcome
@@ -84,7 +83,9 @@ class _Phases:
         world, plan, motion = self.world, self.plan, self.scenario.motion
         speed = self.scenario.gripper.closing_speed
         preshape = np.maximum(
-            self.open_at, FINGER_STROKE - speed * self.period * np.arange(1, len(plan.reach.positions) + 1)
+            self.open_at,
+            self.world.robot.gripper.stroke
+            - speed * self.period * np.arange(1, len(plan.reach.positions) + 1),
         )
         world.follow(plan.reach, preshape)
         for chunk in chunks(plan.approach, 5):

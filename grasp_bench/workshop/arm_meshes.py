@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from grasp_bench.system.paths import assets_dir
+from grasp_bench.robot.ec66 import EC66
 from grasp_bench.workshop import shapes as s
 from grasp_bench.workshop.gripper_meshes import gripper_meshes, joined
 
@@ -186,7 +186,7 @@ def write_meshes(folder: Path) -> list[Path]:
 def main() -> None:
     """Command line: rewrite the shipped meshes."""
     parser = argparse.ArgumentParser(description="Rewrite the EC66 and gripper meshes.")
-    parser.add_argument("--out", type=Path, default=assets_dir() / "ec66" / "meshes", help="output folder")
+    parser.add_argument("--out", type=Path, default=EC66.path.parent / "meshes", help="output folder")
     for path in write_meshes(parser.parse_args().out):
         print(path)
 

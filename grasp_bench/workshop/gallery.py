@@ -11,9 +11,10 @@ from PIL import Image, ImageDraw
 from scipy.spatial import ConvexHull
 
 from grasp_bench.objects.catalog import ObjectModel, ReferenceGrasp, RestingPose
+from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.workshop.pictures import TILE, scene_of, shoot
 
-FINGER = (0.004, 0.010, 0.030)
+FINGER = (PARALLEL_85.finger_thickness / 2, PARALLEL_85.finger_width / 2, 0.030)
 """Half sizes of a drawn finger: along the jaws, across them, upwards [m]."""
 SWELL = 0.0007
 """The drawn pieces stand out by this [m], to be seen on the surface they lie in."""

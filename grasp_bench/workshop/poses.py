@@ -20,8 +20,10 @@ from numpy.typing import NDArray
 
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.planning import heightfield
+from grasp_bench.planning.depth import SIDE_CLEARANCE
 from grasp_bench.planning.heightfield import CELL, HeightField
-from grasp_bench.robot.ec66 import FINGER_STROKE
+from grasp_bench.robot.gripper import Gripper
+from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import SceneObject
 from grasp_bench.scene.floating import FloatingGripper, compile_floating
@@ -31,6 +33,8 @@ Floats = NDArray[np.float64]
 
 REST_VERSION = 3
 """Raise when resting poses or reference grasps would come out otherwise, so that all are built again."""
+SEEN_VERSION = 2
+"""The same for what is built with ``seen`` alone."""
 MAX_POSES = 5
 LEAST_PROBABILITY = 0.04
 SAME_POSE = np.radians(20)
@@ -41,13 +45,11 @@ KEPT = 6
 """Reference grasps after which no more are tried."""
 SOLID_GROUPS = np.array([1, 1, 1, 1, 0, 0], dtype=np.uint8)
 """Geom groups that are shown or collide."""
-FINGER_HALF = 0.012
-"""Half width of the corridor in which a finger comes down [m]: half a pad of 20 mm, and what the planner
-wants at its sides besides."""
-JAW_HALF = 0.010
-"""Half the width of a pad [m]."""
-SEEN_ROOM = 0.003
-"""The planner's side clearance of 2 mm, and half a pixel on the table [m]."""
+ROOM_BESIDE = 0.002
+"""Room at the sides of a finger on its way down [m]: what the shipped objects were built with, half of the
+planner's :data:`SIDE_CLEARANCE`."""
+SEEN_ROOM = SIDE_CLEARANCE + 0.001
+"""What the planner wants beside a finger, and half a pixel on the table [m]."""
 STARS = 1e3
 """Height from which rays are cast so far down that they are parallel [m]."""
 
@@ -137,7 +139,7 @@ def reference_grasps(
         (position[0], position[1]),
         groups=SOLID_GROUPS,
     )
-    found = heightfield.analyse(field)
+    found = heightfield.analyse(field, gripper=gripper.gripper)
     state = gripper.state()
     kept = []
     tried = 0
@@ -146,7 +148,7 @@ def reference_grasps(
             [field.origin[0] + column * CELL, field.origin[1] + row * CELL, found.tip[row, column]]
         )
         yaw, opening = float(found.yaw[row, column]), float(found.opening[row, column])
-        if tried == TRIED or (seen and not opens_visibly(field, tip, yaw, opening)):
+        if tried == TRIED or (seen and not opens_visibly(field, tip, yaw, opening, gripper.gripper)):
             continue
         tried += 1
         attempt = gripper.attempt(state, tip, yaw, opening)
@@ -165,27 +167,34 @@ def reference_grasps(
             if len(kept) == KEPT:
                 break
     kept.sort(key=lambda g: -g["score"])
-    return [g for g in kept if has_room(g, field, position, rotation)] or kept
+    return [g for g in kept if has_room(g, field, position, rotation, gripper.gripper)] or kept
 
 
-def has_room(grasp: dict[str, Any], field: HeightField, position: Floats, rotation: Floats) -> bool:
+def has_room(
+    grasp: dict[str, Any], field: HeightField, position: Floats, rotation: Floats, gripper: Gripper
+) -> bool:
     """Whether the open fingers come down to a reference grasp without meeting anything of ``field``
-    within :data:`FINGER_HALF` of their middle."""
+    within :data:`ROOM_BESIDE` of their sides."""
     tip = rotation @ np.asarray(grasp["tip"]) + position
     axis = rotation @ np.asarray(grasp["axis"])
-    under = heightfield.ground_of_fingers(field, tip[:2], axis[:2], grasp["width"], FINGER_HALF)
+    half = gripper.finger_width / 2 + ROOM_BESIDE
+    under = heightfield.ground_of_fingers(field, tip[:2], axis[:2], grasp["width"], half, gripper)
     return under <= max(float(tip[2]), heightfield.TABLE_NOISE)
 
 
-def opens_visibly(field: HeightField, tip: Floats, yaw: float, opening: float) -> bool:
+def opens_visibly(
+    field: HeightField, tip: Floats, yaw: float, opening: float, gripper: Gripper = PARALLEL_85
+) -> bool:
     """Whether at some opening from ``opening`` on, the fingers pass what they grasp with :data:`SEEN_ROOM`
     to spare: with less, the planner takes the object's edges in a noisy image for the ground under the
     fingers."""
     axis = np.array([np.cos(yaw), np.sin(yaw)])
     free = max(float(tip[2]), heightfield.TABLE_NOISE)
-    for wider in np.arange(opening, 2 * FINGER_STROKE + 1e-9, CELL):
+    for wider in np.arange(opening, gripper.opening + 1e-9, CELL):
         under = (
-            heightfield.ground_of_fingers(field, tip[:2], axis, wider - inwards, JAW_HALF)
+            heightfield.ground_of_fingers(
+                field, tip[:2], axis, wider - inwards, gripper.finger_width / 2, gripper
+            )
             for inwards in (0.0, 2 * SEEN_ROOM)
         )
         if max(under) <= free:
@@ -201,7 +210,7 @@ def build_rest(folder: Path, seen: bool = False) -> bool:
         seen: see :func:`reference_grasps`.
     """
     details = json.loads((folder / "shape.json").read_text())
-    version = f"{REST_VERSION}{'+seen' if seen else ''}"
+    version = f"{REST_VERSION}{f'+seen{SEEN_VERSION}' if seen else ''}"
     mark = hashlib.sha256(f"{version}|{details['fingerprint']}".encode()).hexdigest()
     done = folder / "object.json"
     if done.is_file() and json.loads(done.read_text()).get("rest_fingerprint") == mark:

@@ -16,15 +16,15 @@ from grasp_bench.doctor.physics.creep import creep
 from grasp_bench.doctor.physics.falling import falling
 from grasp_bench.doctor.physics.incline import incline
 from grasp_bench.doctor.physics.jacobian import jacobian
-from grasp_bench.doctor.physics.penetration import greatest_force, penetration
+from grasp_bench.doctor.physics.penetration import penetration
 from grasp_bench.doctor.physics.reference import Watched, halved, loads, time_step, watch
-from grasp_bench.doctor.physics.rig import PAD_HALF, Rig, block, threshold
+from grasp_bench.doctor.physics.rig import Rig, block, threshold
 from grasp_bench.doctor.physics.slip import slip
 from grasp_bench.doctor.physics.torsion import collapse, torsion
 from grasp_bench.doctor.physics.tracking import tracking
-from grasp_bench.robot.ec66 import TORQUE_LIMITS, VELOCITY_LIMITS
+from grasp_bench.robot.ec66 import EC66
+from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.scenario.sections import Scenario
-from grasp_bench.scene.builder import GRIPPER_PREFIX
 
 
 @pytest.mark.parametrize("test", [slip, incline, torsion, falling, jacobian, penetration, tracking])
@@ -47,17 +47,18 @@ def test_without_its_solver_settings_it_would(table4: Scenario) -> None:
 
 def test_soft_pads_would_be_found_out(table4: Scenario) -> None:
     rig = Rig(table4, block((0.04, 0.04, 0.04), 0.011, 0.7))
-    pads = [rig.model.geom(f"{GRIPPER_PREFIX}{s}_pad").id for s in ("left", "right")]
-    np.testing.assert_allclose(rig.model.geom_size[pads, 1:], [PAD_HALF] * 2)
+    pads = rig.world.pads
     rig.model.geom_solimp[pads, :3] = 0.95, 0.99, 0.001
-    rig.grip(greatest_force())
+    rig.grip(PARALLEL_85.force[1])
     assert -rig.data.contact.dist.min() > 0.5e-3
 
 
 def test_limits_of_the_plate_are_those_of_statics() -> None:
     assert collapse(0.7, 0.0, 1e-6) == pytest.approx(2 * 0.7, rel=1e-3)  # a pure force: both pads' friction
     far = 5.0  # nearly a pure torque: each corner resists at its distance from the middle
-    assert collapse(0.7, 0.0, far) * far == pytest.approx(2 * 0.7 * math.hypot(*PAD_HALF), rel=0.01)
+    assert collapse(0.7, 0.0, far) * far == pytest.approx(
+        2 * 0.7 * math.hypot(*PARALLEL_85.pad[1:]) / 2, rel=0.01
+    )
 
 
 def test_verdicts() -> None:
@@ -74,8 +75,8 @@ def test_verdicts() -> None:
 def watched(name: str, success: bool, share: float = 0.5) -> Watched:
     return Watched(
         {"object": name, "success": success},
-        share * np.array(TORQUE_LIMITS),
-        share * np.array(VELOCITY_LIMITS),
+        share * np.array(EC66.torque_limits),
+        share * np.array(EC66.velocity_limits),
     )
 
 
@@ -107,8 +108,8 @@ def test_a_reference_trial_is_watched(scenario: Scenario) -> None:
     assert done == [1]
     assert trial.record["success"]
     assert (trial.torque > 0).all()
-    assert (trial.torque < TORQUE_LIMITS).all()
-    assert 0.3 < (trial.velocity / VELOCITY_LIMITS).max() < 0.6  # planned for half
+    assert (trial.torque < EC66.torque_limits).all()
+    assert 0.3 < (trial.velocity / EC66.velocity_limits).max() < 0.6  # planned for half
 
 
 @pytest.mark.parametrize(("measured", "code"), [(1.0, 0), (2.0, 1)])

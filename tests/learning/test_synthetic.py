@@ -22,7 +22,8 @@ from grasp_bench.learning.data.candidates import SOURCES
 from grasp_bench.learning.data.random_shapes import RandomObject, assemble, random_object
 from grasp_bench.learning.data.synthetic import SynthConfig, make_scene, record
 from grasp_bench.learning.training.dataset import DEPTH_UNIT, load_scenes
-from grasp_bench.planning.planner import SeenScene, grasp_pose
+from grasp_bench.planning.depth import grasp_pose
+from grasp_bench.planning.seen import SeenScene
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.floating import FloatingGripper, compile_floating

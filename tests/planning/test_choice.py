@@ -7,7 +7,8 @@ from test_planner import grasp_at, ground, look
 
 from grasp_bench.grasps import Grasp
 from grasp_bench.planning.choice import choose_grasp
-from grasp_bench.planning.planner import Plan, Planner, Refused
+from grasp_bench.planning.planner import Plan, Planner
+from grasp_bench.planning.refusals import Refused
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scenario.reading import load_scenario
 

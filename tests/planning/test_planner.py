@@ -11,19 +11,13 @@ import pytest
 
 from grasp_bench.camera import RgbdImage
 from grasp_bench.grasps import Grasp
-from grasp_bench.planning.planner import (
-    FINGER_LENGTH,
-    PALM,
-    Blocked,
-    Planner,
-    SeenScene,
-    Unreachable,
-    grasp_pose,
-)
-from grasp_bench.robot.ec66 import FINGER_STROKE, HOME
+from grasp_bench.planning.depth import grasp_pose
+from grasp_bench.planning.planner import Planner
+from grasp_bench.planning.refusals import Blocked, Unreachable
+from grasp_bench.planning.seen import SeenScene
+from grasp_bench.robot.robot import EC66_PARALLEL_85
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.scenario.sections import Motion, Scenario, Table
-from grasp_bench.workshop import gripper_meshes as gripper_geometry
 
 CAMERA = load_scenario("table4").camera
 K, POSE = CAMERA.intrinsics, CAMERA.pose
@@ -85,7 +79,7 @@ def test_insertion_and_clearance_are_the_scenarios() -> None:
 
 def test_the_jaws_open_no_wider_than_they_can() -> None:
     pose, _ = grasp_pose(look(ground((0.5, 0, 0.04, 0.08, 0.06))), grasp_at(0.5, 0, 0.06, 0, 0.15), MOTION)
-    assert pose.opening == pytest.approx(2 * FINGER_STROKE)
+    assert pose.opening == pytest.approx(EC66_PARALLEL_85.gripper.opening)
 
 
 @pytest.mark.parametrize("side", [-1, 1])
@@ -149,13 +143,6 @@ def test_a_hand_that_cannot_get_down_blocks_the_grasp() -> None:
         grasp_pose(scene, grasp_at(0.5, 0, 0.03, 0, 0.05), MOTION)
 
 
-def test_the_planner_knows_the_drawn_hand() -> None:
-    housing = gripper_geometry.housing()["body"]
-    under = housing.vertices[np.isclose(housing.vertices[:, 2], gripper_geometry.PALM)]
-    np.testing.assert_allclose(np.ptp(under[:, :2], axis=0), 1000 * np.array(PALM), atol=5)  # rounded
-    assert pytest.approx(1000 * FINGER_LENGTH) == gripper_geometry.FINGER
-
-
 def test_a_grasp_without_depth_is_blocked() -> None:
     depth = ground((0.5, 0, 0.04, 0.08, 0.06))
     depth[160:320, 240:400] = 0
@@ -182,7 +169,7 @@ def test_absurd_widths_are_planned_or_blocked(width: float) -> None:
     except Blocked:
         return
     assert np.isfinite(pose.position).all()
-    assert 0 <= pose.opening <= 2 * FINGER_STROKE
+    assert 0 <= pose.opening <= EC66_PARALLEL_85.gripper.opening
 
 
 def test_a_pixel_above_the_horizon_is_blocked() -> None:
@@ -231,7 +218,7 @@ def test_a_plan_leads_from_home_over_the_grasp_to_the_hold(planner: Planner, sce
     plan = planner.plan(scene, GRASP)
     motion = planner.scenario.motion
     forward = planner.ik.forward
-    assert np.abs(plan.reach.positions[0] - HOME).max() < 0.01
+    assert np.abs(plan.reach.positions[0] - EC66_PARALLEL_85.arm.home).max() < 0.01
     above, at, lifted, carried = (
         forward(t.end).position for t in (plan.reach, plan.approach, plan.lift, plan.carry)
     )

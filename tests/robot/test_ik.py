@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from grasp_bench.grasps import GraspPose
-from grasp_bench.robot.ec66 import HOME, POSITION_LIMITS
+from grasp_bench.robot.ec66 import EC66
 from grasp_bench.robot.kinematics import InverseKinematics
 
 PLACES = [(0.36, -0.15), (0.36, 0.15), (0.5, 0.0), (0.64, -0.15), (0.64, 0.15)]
@@ -38,7 +38,7 @@ def test_the_whole_workspace_is_reached_to_a_tenth_of_a_millimetre(ik: InverseKi
             reached = ik.forward(q)
             assert np.linalg.norm(reached.position - wanted.position) < 1e-4
             assert angle_between(reached.rotation, pose.rotation) < math.radians(0.05)
-            for angle, (low, high) in zip(q, POSITION_LIMITS, strict=True):
+            for angle, (low, high) in zip(q, EC66.position_limits, strict=True):
                 assert low <= angle <= high
 
 
@@ -59,7 +59,7 @@ def test_what_is_out_of_reach_has_no_solution(ik: InverseKinematics, place) -> N
 
 
 def test_forward_kinematics_of_home_is_where_home_says(ik: InverseKinematics) -> None:
-    home = ik.forward(np.array(HOME))
+    home = ik.forward(np.array(EC66.home))
     np.testing.assert_allclose(home.rotation[:, 2], [0, 0, -1], atol=1e-6)
     assert 0.1 < home.position[2] < 0.5
 

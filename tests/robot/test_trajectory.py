@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grasp_bench.grasps import GraspPose
-from grasp_bench.robot.ec66 import VELOCITY_LIMITS
+from grasp_bench.robot.ec66 import EC66
 from grasp_bench.robot.kinematics import InverseKinematics
 from grasp_bench.robot.trajectory import Trajectory, through
 
 PERIOD = 0.004
-LIMITS = np.array(VELOCITY_LIMITS)
+LIMITS = np.array(EC66.velocity_limits)
 joints = st.lists(st.floats(-2, 2), min_size=6, max_size=6).map(np.array)
 
 

@@ -192,7 +192,7 @@ def test_calibration_is_drawn_once_a_run_or_anew_each_trial(table4: Scenario) ->
 
 def test_mass_and_inertia_are_scaled_together(table4: Scenario, models: dict[str, ObjectModel]) -> None:
     scaled = [with_value(table4, "objects.mass_scale", s) for s in (1.0, 3.0)]
-    light, heavy = (compile_mjcf(compose(s, models["bar"], robot=False)) for s in scaled)
+    light, heavy = (compile_mjcf(compose(s, models["bar"], robot=None)) for s in scaled)
     assert heavy.body("object").mass[0] == pytest.approx(3 * models["bar"].mass)
     np.testing.assert_allclose(heavy.body("object").inertia, 3 * light.body("object").inertia)
 
@@ -221,7 +221,7 @@ def test_merging_joins_what_fits_best_first() -> None:
 
 def test_max_hulls_reaches_the_model(table4: Scenario) -> None:
     mug = Catalog().load("coffee_mug")
-    compiled = compile_mjcf(compose(with_value(table4, "physics.max_hulls", 3), mug, robot=False))
+    compiled = compile_mjcf(compose(with_value(table4, "physics.max_hulls", 3), mug, robot=None))
     names = [compiled.geom(i).name for i in range(compiled.ngeom)]
     assert sum(n.startswith("hull") for n in names) == 3
 

@@ -141,7 +141,7 @@ def test_a_material_gives_its_colour_to_its_geoms() -> None:
 
 
 def test_the_table_of_a_scene_lies_at_height_zero(scenario: Scenario) -> None:
-    model = compile_scene(scenario, None, robot=False)
+    model = compile_scene(scenario, None, robot=None)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     depth = SceneCamera(scenario.camera.intrinsics, scenario.camera.pose).picture(model, data).depth
@@ -175,7 +175,7 @@ from grasp_bench.scene.builder import compile_scene
 from grasp_bench.scene.rendering import SceneCamera
 scenario = load_scenario("table4")
 camera = scenario.camera
-model = compile_scene(scenario, Catalog(Path(sys.argv[1])).load("pot"), robot=False)
+model = compile_scene(scenario, Catalog(Path(sys.argv[1])).load("pot"), robot=None)
 data = mujoco.MjData(model)
 data.qpos[:3] = 0.45, 0.05, 0.02
 mujoco.mj_forward(model, data)

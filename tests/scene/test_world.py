@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from grasp_bench.objects.catalog import Catalog
-from grasp_bench.robot.ec66 import HOME
+from grasp_bench.robot.ec66 import EC66
 from grasp_bench.robot.trajectory import Trajectory, through
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.scene.builder import compile_scene
@@ -27,7 +27,9 @@ def at_rest() -> World:
 def a_motion() -> Trajectory:
     """Some way down towards the table."""
     period = SCENARIO.physics.timestep * SCENARIO.physics.control_steps
-    return through([np.asarray(HOME), np.asarray(HOME) + [0.1, 0.1, 0.1, -0.1, 0.05, 0.2]], period, 0.5)
+    return through(
+        [np.asarray(EC66.home), np.asarray(EC66.home) + [0.1, 0.1, 0.1, -0.1, 0.05, 0.2]], period, 0.5
+    )
 
 
 def test_a_motion_run_whole_gives_the_bits_of_one_run_sample_by_sample() -> None:

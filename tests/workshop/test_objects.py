@@ -22,7 +22,7 @@ from grasp_bench.workshop.build import build_shape, mass_properties, write_manif
 from grasp_bench.workshop.decompose import BOUNDS, MAX_HULLS, MAX_VERTICES, compare, decompose, reduce_hull
 from grasp_bench.workshop.materials import MATERIALS
 from grasp_bench.workshop.model import REGISTRY, ObjectSpec, Part, household
-from grasp_bench.workshop.poses import opens_visibly
+from grasp_bench.workshop.poses import build_rest, opens_visibly
 from grasp_bench.workshop.shapes import Mesh, box, difference, move, scale, sphere
 
 # ---------------------------------------------------------------- hulls
@@ -161,10 +161,17 @@ def test_what_is_too_wide_or_too_low_has_no_grasp() -> None:
 def test_jaws_must_open_wider_than_what_they_pass_by_what_a_camera_can_tell() -> None:
     tip, across = np.array([0.0, 0.0, 0.012]), np.pi / 2
     assert opens_visibly(patch((0, 0, 0.12, 0.03, 0.04)), tip, across, 0.036)
-    assert opens_visibly(patch((0, 0, 0.12, 0.074, 0.04)), tip, across, 0.078)
-    assert not opens_visibly(patch((0, 0, 0.12, 0.083, 0.04)), tip, across, 0.084)
+    assert opens_visibly(patch((0, 0, 0.12, 0.070, 0.04)), tip, across, 0.074)
+    assert not opens_visibly(patch((0, 0, 0.12, 0.078, 0.04)), tip, across, 0.080)
     beside = patch((0, 0, 0.12, 0.03, 0.04), (0, 0.034, 0.12, 0.02, 0.04))  # 9 mm of room, a finger's
     assert not opens_visibly(beside, tip, across, 0.036)
+
+
+def test_shipped_poses_and_grasps_are_of_this_version(tmp_path: Path) -> None:
+    folder = shutil.copytree(assets_dir() / "objects" / "coffee_mug", tmp_path / "coffee_mug")
+    before = (folder / "object.json").read_bytes()
+    assert not build_rest(folder)
+    assert (folder / "object.json").read_bytes() == before
 
 
 # ---------------------------------------------------------------- models in code

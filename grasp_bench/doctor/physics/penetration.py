@@ -6,27 +6,22 @@ import numpy as np
 
 from grasp_bench.doctor.physics.check import Check, below, equals
 from grasp_bench.doctor.physics.rig import Rig, block
-from grasp_bench.scenario.sections import Gripper, Scenario
-from grasp_bench.scene.builder import GRIPPER_PREFIX
+from grasp_bench.robot.parallel_85 import PARALLEL_85
+from grasp_bench.scenario.sections import Scenario
 
 MASSES = (0.011, 0.2, 2.0)
 """From the lightest of the 180 objects to more than the heaviest [kg]."""
 
 
-def greatest_force() -> float:
-    """The largest value that the scenario key ``gripper.force`` takes [N]."""
-    return next(float(m.le) for m in Gripper.model_fields["force"].metadata if hasattr(m, "le"))
-
-
 def penetration(scenario: Scenario) -> list[Check]:
     """Depth [mm] of the pads in blocks from light to heavy, held still."""
-    force = greatest_force()
+    force = PARALLEL_85.force[1]
     deepest, reached = 0.0, force
     for mass in MASSES:
         rig = Rig(scenario, block((0.04, 0.04, 0.04), mass, 0.7))
         rig.grip(force)
         rig.run(0.2)
-        pads = [rig.model.geom(f"{GRIPPER_PREFIX}{s}_pad").id for s in ("left", "right")]
+        pads = rig.world.pads
         contact = rig.data.contact
         ours = np.isin(contact.geom, pads).any(axis=1)
         deepest = max(deepest, -float(contact.dist[ours].min()))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.doctor.physics.check import Check, below
-from grasp_bench.robot.ec66 import TORQUE_LIMITS, VELOCITY_LIMITS
+from grasp_bench.robot.ec66 import EC66
 from grasp_bench.scenario.sections import Scenario
 
 Floats = NDArray[np.float64]
@@ -113,8 +113,8 @@ def watch(
 
 def loads(watched: list[Watched]) -> list[Check]:
     """Joint torques and velocities against the EC66's limits, as shares of them [%]."""
-    torque = np.max([w.torque for w in watched], axis=0) / TORQUE_LIMITS
-    velocity = np.max([w.velocity for w in watched], axis=0) / VELOCITY_LIMITS
+    torque = np.max([w.torque for w in watched], axis=0) / EC66.torque_limits
+    velocity = np.max([w.velocity for w in watched], axis=0) / EC66.velocity_limits
     source = "limits of the maker's URDF"
     return [
         below(

@@ -11,17 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.objects.catalog import VisualPart
-from grasp_bench.robot.ec66 import FINGER_STROKE
 from grasp_bench.scenario.sections import Scenario
-from grasp_bench.scene.builder import GRIPPER_PREFIX, compile_mjcf, compose
+from grasp_bench.scene.builder import compile_mjcf, compose
 from grasp_bench.scene.world import World
 
 Floats = NDArray[np.float64]
-
-PAD_HALF = (0.010, 0.012)
-"""Half width and half height of a pad [m], as in ``gripper.xml``."""
-PAD_CENTRE = PAD_HALF[1]
-"""Distance of a pad's centre from the TCP, against the approach [m]."""
 
 
 @dataclass(frozen=True)
@@ -76,15 +70,17 @@ class Rig:
         self.world = World(compile_mjcf(compose(scenario, body)), scenario)
         self.model, self.data = self.world.model, self.world.data
         self._gravity = self.model.opt.gravity.copy()
-        self._jaw = self.model.actuator(GRIPPER_PREFIX + "gripper").id
+        self._jaw = self.model.actuator(
+            self.world.robot.gripper_prefix + self.world.robot.gripper.actuator
+        ).id
 
     @property
     def dt(self) -> float:
         """Time step [s]."""
         return float(self.model.opt.timestep)
 
-    def reset(self, opening: float = 2 * FINGER_STROKE) -> None:
-        """Back to the home posture, at rest, under full gravity, jaws ``opening`` apart [m]."""
+    def reset(self, opening: float | None = None) -> None:
+        """Back to the home posture, at rest, under full gravity, jaws ``opening`` apart [m], or wide open."""
         mujoco.mj_resetData(self.model, self.data)
         self.model.opt.gravity[:] = self._gravity
         self.world.go_home(opening)
@@ -113,11 +109,11 @@ class Rig:
         thickness = float(np.ptp(self.body.points[:, 0]))
         self.reset(thickness + 0.002)
         self.model.opt.gravity[:] = 0
-        # As grasp_bench.scene.builder.set_gripper does.
-        self.model.actuator_forcerange[self._jaw] = [-2 * force, 2 * force]
+        hand = self.world.robot.gripper
+        self.model.actuator_forcerange[self._jaw] = hand.actuator_range(force)
         tcp = self.world.tcp
         turn = tcp.rotation @ np.diag([1.0, -1.0, -1.0])  # upright: body z against the approach
-        place = tcp.position + turn @ np.array([0.0, -at[0], PAD_CENTRE - at[1]])
+        place = tcp.position + turn @ np.array([0.0, -at[0], hand.pad[2] / 2 - at[1]])
         quaternion = np.zeros(4)
         mujoco.mju_mat2Quat(quaternion, turn.ravel())
         self.world.place_object(place, quaternion)

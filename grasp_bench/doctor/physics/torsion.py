@@ -17,7 +17,8 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from grasp_bench.doctor.physics.check import Check, equals
-from grasp_bench.doctor.physics.rig import PAD_HALF, Body, Rig, block, threshold
+from grasp_bench.doctor.physics.rig import Body, Rig, block, threshold
+from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.scenario.sections import Scenario
 
 G = 9.81
@@ -80,7 +81,8 @@ def collapse(friction: float, twist: float, off_centre: float) -> float:
     Each pad presses with a quarter at each of its corners; by symmetry the centre of rotation lies on
     the horizontal through the pads' centre.
     """
-    corners = np.array([[y, z] for y in (-PAD_HALF[0], PAD_HALF[0]) for z in (-PAD_HALF[1], PAD_HALF[1])])
+    _, width, height = PARALLEL_85.pad
+    corners = np.array([[y, z] for y in (-width / 2, width / 2) for z in (-height / 2, height / 2)])
 
     def weight(centre: float) -> float:
         squared = ((corners - [centre, 0.0]) ** 2).sum(1)

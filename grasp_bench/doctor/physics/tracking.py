@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from grasp_bench.doctor.physics.check import Check, below, equals
 from grasp_bench.doctor.physics.rig import block
-from grasp_bench.planning.planner import SIDE_CLEARANCE, Plan
-from grasp_bench.robot.ec66 import FINGER_STROKE, FLANGE_TO_TCP, JOINT_NAMES
+from grasp_bench.planning.depth import SIDE_CLEARANCE
+from grasp_bench.planning.planner import Plan
+from grasp_bench.robot.robot import EC66_PARALLEL_85, Robot
 from grasp_bench.scenario.sections import Scenario
-from grasp_bench.scene.builder import ARM_PREFIX, GRIPPER_PREFIX, compile_mjcf, compose
+from grasp_bench.scene.builder import compile_mjcf, compose
 from grasp_bench.scene.world import World
 
 Floats = NDArray[np.float64]
@@ -62,21 +63,23 @@ def reference_plan(scenario: Scenario) -> Plan:
     return trial.plan
 
 
-def track(scenario: Scenario, plan: Plan, load: float) -> Tracking:
+def track(scenario: Scenario, plan: Plan, load: float, robot: Robot = EC66_PARALLEL_85) -> Tracking:
     """Follow a plan's motion with nothing in the gripper, but ``load`` [kg] fixed to it at the TCP."""
-    root: Any = compose(scenario, block((0.04, 0.04, 0.04), 0.1, 0.7))
+    root: Any = compose(scenario, block((0.04, 0.04, 0.04), 0.1, 0.7), robot)
+    hand, gripper = robot.gripper_prefix, robot.gripper
     if load:
-        weight = root.find("body", f"{GRIPPER_PREFIX}gripper").add(
-            "body", name="load", pos=[0, 0, FLANGE_TO_TCP]
+        weight = root.find("body", hand + gripper.palm_body).add(
+            "body", name="load", pos=[0, 0, gripper.flange_to_tcp]
         )
         weight.add("inertial", mass=load, pos=[0, 0, 0], diaginertia=[load * 1e-3] * 3)
-    world = World(compile_mjcf(root), scenario)
+    world = World(compile_mjcf(root), scenario, robot=robot)
     model, data = world.model, world.data
     world.place_object(np.array([-0.5, -0.5, 0.02]), np.array([1.0, 0, 0, 0]))  # out of the way
-    site = model.site(GRIPPER_PREFIX + "tcp").id
-    dofs = np.array([model.joint(ARM_PREFIX + n).dofadr[0] for n in JOINT_NAMES])
-    places = np.array([model.joint(ARM_PREFIX + n).qposadr[0] for n in JOINT_NAMES])
-    gains = np.array([model.actuator(ARM_PREFIX + n).gainprm[0] for n in JOINT_NAMES])
+    site = model.site(hand + gripper.tcp).id
+    names = [robot.arm_prefix + n for n in robot.arm.joints]
+    dofs = np.array([model.joint(n).dofadr[0] for n in names])
+    places = np.array([model.joint(n).qposadr[0] for n in names])
+    gains = np.array([model.actuator(n).gainprm[0] for n in names])
     ideal = mujoco.MjData(model)
     error, droop, joints = [], [], []
     jacobian = np.zeros((3, model.nv))
@@ -98,7 +101,7 @@ def track(scenario: Scenario, plan: Plan, load: float) -> Tracking:
         if motion is plan.reach:
             world.step(round(0.5 / model.opt.timestep))  # the payload comes to hang at home
         world.observer = compare
-        world.follow(motion, FINGER_STROKE)
+        world.follow(motion, gripper.stroke)
     return Tracking(load, np.array(error), np.array(droop), np.array(joints))
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from grasp_bench.planning import heightfield
 from grasp_bench.planning.heightfield import CELL, GraspField, HeightField, maxima
-from grasp_bench.robot.ec66 import FINGER_STROKE
+from grasp_bench.scene.floating import FloatingGripper
 from grasp_bench.scene.rendering import SHOWN_GROUPS
 
 Floats = NDArray[np.float64]
@@ -50,12 +50,12 @@ class Candidates(NamedTuple):
 
 
 def propose(
-    model: mujoco.MjModel, data: mujoco.MjData, found: GraspField, field: HeightField, count: int, rng: Rng
+    gripper: FloatingGripper, found: GraspField, field: HeightField, count: int, rng: Rng
 ) -> Candidates:
     """About ``count`` candidates of all :data:`SOURCES`; fewer where there is little to grasp.
 
     Args:
-        model, data: the scene at rest; bodies ``object0`` … have the surfaces.
+        gripper: beside the scene at rest.
         found: analysis of ``field``.
         field: true heights.
         count: candidates wanted.
@@ -66,7 +66,7 @@ def propose(
     some = np.argwhere(found.quality >= LEAST_QUALITY)
     both = _apart([(int(r), int(c)) for r, c in rng.permutation(some)[:200]], best, len(best) + wanted[1])
     own = [(r, c, float(found.yaw[r, c])) for r, c in both]
-    free: list[Jaws] = antipodal(model, data, field, wanted[2], rng)
+    free: list[Jaws] = antipodal(gripper, field, wanted[2], rng)
     pairs = len(free)
     if len(some):
         chosen = some[rng.integers(len(some), size=count - len(own) - pairs)]
@@ -77,7 +77,7 @@ def propose(
         return Candidates(nowhere, nowhere, none, none, none, none, none, none.astype(np.int8))
     rows, columns, yaw = map(np.array, zip(*own, *free, strict=True))
     graded = [
-        heightfield.grasps_at(field, rows[i : i + 1], columns[i : i + 1], float(yaw[i]))
+        heightfield.grasps_at(field, rows[i : i + 1], columns[i : i + 1], float(yaw[i]), gripper.gripper)
         for i in range(len(own), len(rows))
     ]
     own_cells = rows[: len(own)], columns[: len(own)]
@@ -106,19 +106,18 @@ def _apart(cells: list[tuple[int, int]], chosen: list[tuple[int, int]], count: i
     return chosen
 
 
-def antipodal(
-    model: mujoco.MjModel, data: mujoco.MjData, field: HeightField, count: int, rng: Rng
-) -> list[Jaws]:
+def antipodal(gripper: FloatingGripper, field: HeightField, count: int, rng: Rng) -> list[Jaws]:
     """Up to ``count`` pairs of opposite points of the objects' true surfaces, as cells and jaw directions.
 
     From a random point of a steep surface a ray goes in, within the friction cone: to the
     inside of the same wall, or from beyond the far side back to it, whichever is drawn. It is a
     grasp where the surface met there faces away within the cone and the jaws can span the pair.
     """
+    model, data = gripper.model, gripper.data
     corners, normals = _steep_faces(model, data)
     found: list[Jaws] = []
     geom, normal = np.zeros(1, np.int32), np.zeros(3)
-    widest = 2 * FINGER_STROKE - 0.006
+    widest = gripper.gripper.opening - 0.006
     for _ in range(8 * count if len(corners) else 0):
         if len(found) == count:
             break

@@ -18,13 +18,13 @@ from grasp_bench.errors import AssetError, GraspBenchError
 from grasp_bench.grasps import Grasp
 from grasp_bench.learning.data.jacquard import row_from_grasp
 from grasp_bench.learning.training.dataset import DEPTH_UNIT, load_scene, read_index
-from grasp_bench.workshop.gripper_meshes import PAD
+from grasp_bench.robot.parallel_85 import PARALLEL_85
 
 Floats = NDArray[np.float64]
 
 SIZE = 1024
 """Side of Jacquard's images; trainers of the GG-CNN lineage take it for granted [px]."""
-FINGER = PAD[1] / 1000
+FINGER = PARALLEL_85.finger_width
 """Width of a finger [m]."""
 ON_TABLE = 0.002
 """What is less high is table [m]."""

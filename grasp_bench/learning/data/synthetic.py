@@ -179,10 +179,10 @@ def record(gripper: FloatingGripper, objects: list[RandomObject], config: SynthC
     centres = np.array([gripper.data.body(f"object{i}").xpos[:2] for i in range(len(objects))])
     field = _heights(gripper, objects)
     yaws = heightfield.YAWS + rng.uniform(0, heightfield.YAWS[1])  # no direction is favoured
-    found = labels.polished(heightfield.analyse(field, yaws))
+    found = labels.polished(heightfield.analyse(field, yaws, gripper=gripper.gripper))
     if len(objects) > 1:
         found = labels.balanced(found, field, view, _owner(gripper, picture, len(objects)), centres)
-    tried = propose(gripper.model, gripper.data, found, field, config.tries, rng)
+    tried = propose(gripper, found, field, config.tries, rng)
     centre = np.column_stack(
         [field.origin[0] + tried.columns * CELL, field.origin[1] + tried.rows * CELL, tried.top]
     )

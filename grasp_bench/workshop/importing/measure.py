@@ -69,7 +69,7 @@ def measure(model: ObjectModel) -> dict[str, Any]:
 def cavities(model: ObjectModel) -> tuple[float, float]:
     """Volumes [m³] of water that the shown mesh, and the hulls, hold standing as modelled."""
     scenario = Scenario(name="measure")
-    compiled = compile_mjcf(compose(scenario, model, robot=False))
+    compiled = compile_mjcf(compose(scenario, model, robot=None))
     data = mujoco.MjData(compiled)
     x, y = scenario.table.center
     low = min(float(h[:, 2].min()) for h in model.hulls)

@@ -12,9 +12,9 @@ import pytest
 from grasp_bench.grasps import GraspPose
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.planning.planner import Planner
+from grasp_bench.planning.shake import AXES, SWELL, amplitude, burst
 from grasp_bench.predictors.controls import Oracle
-from grasp_bench.robot.ec66 import TORQUE_LIMITS, VELOCITY_LIMITS
-from grasp_bench.robot.shake import AXES, SWELL, amplitude, burst
+from grasp_bench.robot.ec66 import EC66
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.scenario.sections import Scenario, Shake
@@ -95,8 +95,8 @@ def test_a_firm_grasp_survives_and_the_arm_can_do_it(scenario: Scenario, lying: 
 
     trial = attempt(shaking(scenario), lying, observer=watch)
     assert trial.record.outcome is Outcome.SUCCESS
-    assert (np.abs(torques).max(axis=0) < TORQUE_LIMITS).all()
-    assert (np.abs(speeds).max(axis=0) < VELOCITY_LIMITS).all()
+    assert (np.abs(torques).max(axis=0) < EC66.torque_limits).all()
+    assert (np.abs(speeds).max(axis=0) < EC66.velocity_limits).all()
     assert trial.plan is not None
     # What the arm really does, not only what it is told: the amplitude of the vertical burst.
     ends = np.cumsum([len(m.positions) for m in trial.plan.shake])

@@ -17,7 +17,7 @@ from grasp_bench.learning.data.folds import make_folds, parse_holdout
 from grasp_bench.learning.data.framing import Frame, framed
 from grasp_bench.learning.data.jacquard import Jacquard, corners_from_rows, row_from_grasp
 from grasp_bench.learning.data.levelling import levelled, table_surface
-from grasp_bench.learning.data.rectangles import open_collection
+from grasp_bench.learning.data.opening import open_collection
 from grasp_bench.learning.training.augment import View, crop_scene
 from grasp_bench.learning.training.batches import make_batch
 from grasp_bench.learning.training.config import TrainConfig

@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 from grasp_bench.errors import AssetError
 from grasp_bench.learning.data.rectangles import (
     Collection,
-    DatasetName,
     Entry,
     Sample,
     read_depth,
@@ -31,6 +30,7 @@ from grasp_bench.learning.data.rectangles import (
     read_rgb,
     without_nan,
 )
+from grasp_bench.runs.evaluation import DatasetName
 
 _LABELS = re.compile(r"pcd(\d{4})cpos\.txt$")
 MILLIMETRE = 1e-3

@@ -5,13 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from grasp_bench.errors import GraspBenchError
-
-Split = Literal["image", "object"]
+from grasp_bench.runs.evaluation import Split
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,6 @@ from grasp_bench.errors import UnknownNameError
 from grasp_bench.grasps import Grasp
 from grasp_bench.learning.data.rectangles import (
     Collection,
-    DatasetName,
     Entry,
     Sample,
     read_depth,
@@ -26,6 +25,7 @@ from grasp_bench.learning.data.rectangles import (
     read_rgb,
     without_nan,
 )
+from grasp_bench.runs.evaluation import DatasetName
 
 Floats = NDArray[np.float64]
 ENDING = "grasps.txt"

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.errors import AssetError
-from grasp_bench.learning.data.rectangles import open_collection
-from grasp_bench.learning.training.dataset import Scene, load_scene, read_index
+from grasp_bench.learning.data.opening import open_collection
+from grasp_bench.learning.training.dataset import Scene, is_generated, load_scene, read_index
 from grasp_bench.learning.training.real import RealScenes
 
 CROP = 224
@@ -25,8 +25,8 @@ def sample_sheet(folder: Path, count: int, out: Path) -> list[str]:
     Raises:
         AssetError: when the folder holds neither, or a scene is damaged.
     """
-    if (folder / "index.jsonl").is_file():
-        entries = read_index(folder / "index.jsonl")
+    if is_generated(folder):
+        entries = read_index(folder)
         scenes = [load_scene(folder / entries[i]["file"]) for i in _spread(len(entries), count)]
     else:
         collection = open_collection(folder)

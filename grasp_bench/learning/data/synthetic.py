@@ -30,7 +30,7 @@ from grasp_bench.errors import GraspBenchError
 from grasp_bench.learning.data import labels
 from grasp_bench.learning.data.candidates import Candidates, propose
 from grasp_bench.learning.data.random_shapes import RandomObject, random_color, random_object
-from grasp_bench.learning.training.dataset import DEPTH_UNIT
+from grasp_bench.learning.training.dataset import packed
 from grasp_bench.planning import heightfield
 from grasp_bench.planning.heightfield import CELL, HeightField
 from grasp_bench.scenario.reading import load_scenario
@@ -193,8 +193,8 @@ def record(gripper: FloatingGripper, objects: list[RandomObject], config: SynthC
     grasps[:, 4] = 1
     return {
         "rgb": image.rgb,
-        "depth": _packed(image.depth),
-        "depth_true": _packed(picture.depth),
+        "depth": packed(image.depth),
+        "depth_true": packed(picture.depth),
         **labels.dense(view, labels.refute(found, tried, held, config.refuted), field, picture),
         "grasps": grasps,
         "tried": listed,
@@ -204,10 +204,6 @@ def record(gripper: FloatingGripper, objects: list[RandomObject], config: SynthC
         "camera_position": pose.position,
         "camera_rotation": pose.rotation,
     }
-
-
-def _packed(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
-    return np.clip(np.rint(depth / DEPTH_UNIT), 0, 65535).astype(np.uint16)
 
 
 def photo(model: mujoco.MjModel, picture: Picture, rng: Rng) -> NDArray[np.uint8]:

@@ -14,7 +14,8 @@ import numpy as np
 
 from grasp_bench.errors import AssetError, GraspBenchError
 from grasp_bench.learning.data.folds import Folds, Split, make_folds
-from grasp_bench.learning.data.rectangles import Collection, DatasetName, open_collection
+from grasp_bench.learning.data.opening import open_collection
+from grasp_bench.learning.data.rectangles import Collection, DatasetName
 from grasp_bench.learning.evaluation.metric import VERDICTS
 from grasp_bench.learning.evaluation.protocols import CONVENTIONS, Case, Protocol, evaluate_case, make_case
 from grasp_bench.predictors import BUILT_IN, load_predictor
@@ -213,7 +214,7 @@ def _synthetic_cases(root: Path, crop: int) -> tuple[Iterator[Case], int]:
     from grasp_bench.learning.training.augment import View, crop_scene
     from grasp_bench.learning.training.dataset import load_scene, read_index
 
-    entries = [e for e in read_index(root / "index.jsonl") if e["split"] == "val"]
+    entries = [e for e in read_index(root) if e["split"] == "val"]
 
     def cases() -> Iterator[Case]:
         for entry in entries:

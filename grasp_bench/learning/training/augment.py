@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.grasps import Grasp, GraspMaps, wrap_angle
-from grasp_bench.learning.training.dataset import DEPTH_UNIT, Scene
+from grasp_bench.learning.training.dataset import DEPTH_UNIT, Scene, unpacked
 
 Floats = NDArray[np.float64]
 
@@ -90,7 +90,7 @@ def crop_scene(
         return cv2.warpAffine(array, matrix, (crop, crop), flags=flags, borderMode=border)
 
     rgb = warp(scene.rgb, cv2.INTER_LINEAR, cv2.BORDER_REPLICATE)
-    depth = warp(scene.depth).astype(np.float32) * np.float32(DEPTH_UNIT)
+    depth = unpacked(warp(scene.depth))
     valid = depth > 0
     if view.scale != 1 and valid.any():
         nearer = np.median(depth[valid][::4]) * (1 - 1 / view.scale)

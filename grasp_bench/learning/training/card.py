@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from grasp_bench.learning.data.rectangles import open_collection
+from grasp_bench.learning.data.opening import open_collection
 from grasp_bench.learning.training.config import TrainConfig
 from grasp_bench.learning.training.dataset import SceneSet
 from grasp_bench.learning.training.loop import Trained

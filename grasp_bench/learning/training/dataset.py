@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from grasp_bench.errors import AssetError
 from grasp_bench.grasps import Grasp, wrap_angle
 
+INDEX = "index.jsonl"
 DEPTH_UNIT = 1e-4
 """Metres per step of the stored depth."""
 
@@ -38,6 +39,16 @@ _ARRAYS = {
     "width": np.float16,
     "grasps": np.float32,
 }
+
+
+def packed(depth: NDArray[np.floating]) -> NDArray[np.uint16]:
+    """Metres → steps of :data:`DEPTH_UNIT`."""
+    return np.clip(np.rint(depth / DEPTH_UNIT), 0, 65535).astype(np.uint16)
+
+
+def unpacked(depth: NDArray[np.uint16]) -> NDArray[np.float32]:
+    """Steps of :data:`DEPTH_UNIT` → metres."""
+    return depth.astype(np.float32) * np.float32(DEPTH_UNIT)
 
 
 @dataclass(frozen=True)
@@ -88,7 +99,7 @@ def load_scenes(folders: Iterable[Path], crop: int = 224) -> SceneSet:
     split: dict[str, list[Scene]] = {"train": [], "val": []}
     digest = hashlib.sha256()
     for folder in map(Path, folders):
-        for entry in read_index(folder / "index.jsonl"):
+        for entry in read_index(folder):
             split[entry["split"]].append(load_scene(folder / entry["file"], crop))
             digest.update(f"{entry['file']} {entry['split']}\n".encode())
     if not split["train"]:
@@ -130,8 +141,14 @@ def _check(path: Path, arrays: dict[str, NDArray], crop: int) -> None:
         )
 
 
-def read_index(path: Path) -> list[dict[str, str]]:
-    """Entries of an index; AssetError names the line that is damaged."""
+def is_generated(folder: Path) -> bool:
+    """Tell whether a folder holds generated scenes, and is no copy of Cornell or Jacquard."""
+    return (folder / INDEX).is_file()
+
+
+def read_index(folder: Path) -> list[dict[str, str]]:
+    """Read the entries of a folder's index; AssetError names the line that is damaged."""
+    path = folder / INDEX
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:

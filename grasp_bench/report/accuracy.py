@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from grasp_bench.report.paper import TABLE_3, TABLES
+from grasp_bench.runs.evaluation import Evaluation
 from grasp_bench.runs.statistics import wilson
 
 HEAD = ("Method", "Input", "Split", "Accuracy", "Correct", "95 % interval", "ms", "On")
@@ -122,7 +123,7 @@ def rate_cells(correct: int, total: int) -> list[str]:
     return [f"{correct / total:.1%}", f"{correct}/{total}", f"{low:.1%} – {high:.1%}"]
 
 
-def accuracy_table(dataset: str, results: Sequence[dict[str, Any]]) -> TextTable:
+def accuracy_table(dataset: str, results: Sequence[Evaluation]) -> TextTable:
     """Table 1 or 2 of the paper with our rows below; synthetic scenes have only ours."""
     rows = []
     for row in TABLES.get(dataset, ()):
@@ -143,76 +144,68 @@ def accuracy_table(dataset: str, results: Sequence[dict[str, Any]]) -> TextTable
                 )
     paper = frozenset(range(len(rows)))
     rows += [_ours(r) for r in results]
-    how = "; ".join(dict.fromkeys(f"{r['predictor']}: {conditions(r)}" for r in results))
+    how = "; ".join(dict.fromkeys(f"{r.predictor}: {conditions(r)}" for r in results))
     return TextTable(TITLES[dataset], HEAD, rows, f"{NOTE} {how}." if how else NOTE, NUMBERS, paper)
 
 
-def _ours(result: dict[str, Any]) -> list[str]:
-    weights = result.get("weights") or {}
-    kind = {"rgbd": "RGB-D", "rgb": "RGB", "depth": "D"}.get(str(weights.get("input", "")).split(" ")[0], "")
-    where = f"{result['images']} of {result['images_in_full']} {result['protocol']}"
-    trained = _trained(result)
-    seen_real = "trained" in weights or bool(weights.get("data", {}).get("real"))
+def _ours(result: Evaluation) -> list[str]:
+    weights, trained = result.weights, result.trained
+    kind = str(weights.input).split(" ")[0] if weights else ""
     how = (
         ", trained per fold"
         if trained
-        else ", weights that saw real images"
-        if seen_real
-        else ", zero-shot"
-        if weights
         else ""
+        if weights is None or not weights.model_fields_set
+        else ", weights that saw real images"
+        if weights.saw_real_images
+        else ", zero-shot"
     )
     return [
-        result["predictor"] + how,
-        kind,
-        result["split"] if trained else "",
-        *rate_cells(result["correct"], result["images"]),
-        f"{result['latency_ms']['cpu_median']:.0f}",
-        where,
+        result.predictor + how,
+        {"rgbd": "RGB-D", "rgb": "RGB", "depth": "D"}.get(kind, ""),
+        result.split if trained else "",
+        *rate_cells(result.correct, result.images),
+        f"{result.latency_ms.cpu_median:.0f}",
+        f"{result.images} of {result.images_in_full} {result.protocol}",
     ]
 
 
-def _trained(result: dict[str, Any]) -> dict[str, Any] | None:
-    return next((f["trained"] for f in result["folds"] if f["trained"]), None)
-
-
-def conditions(result: dict[str, Any]) -> str:
+def conditions(result: Evaluation) -> str:
     """How a result came about: folds, training, protocol."""
-    parts = [result["how"]]
-    if trained := _trained(result):
+    parts = [result.how]
+    if trained := result.trained:
         parts.append(
-            f"trained for each fold from {trained['begun_with'] or 'random weights'} by "
-            f"{trained['steps']} steps of {trained['batch']} on the other folds"
+            f"trained for each fold from {trained.begun_with or 'random weights'} by "
+            f"{trained.steps} steps of {trained.batch} on the other folds"
             + (
-                f" and {', '.join(trained['synthetic'])} (real share {trained['real_share']:g})"
-                if trained["synthetic"]
+                f" and {', '.join(trained.synthetic)} (real share {trained.real_share:g})"
+                if trained.synthetic
                 else ""
             )
         )
-    elif (weights := result.get("weights")) and "data" in weights:
+    elif result.weights and (data := result.weights.data):
+        steps = result.weights.steps
         parts.append(
-            f"weights trained on {', '.join(weights['data']['folders'])} only, "
-            f"{weights.get('steps', '?')} steps"
+            f"weights trained on {', '.join(data.folders)} only, {'?' if steps is None else steps} steps"
         )
-    parts.append(f"protocol {result['protocol']} ({', '.join(result['conventions'])})")
+    parts.append(f"protocol {result.protocol} ({', '.join(result.conventions)})")
     return ", ".join(parts)
 
 
-def summary(result: dict[str, Any]) -> list[str]:
+def summary(result: Evaluation) -> list[str]:
     """What to say before the table: the data, folds and verdicts."""
-    verdicts = ", ".join(f"{k.replace('_', ' ')} {v}" for k, v in result["verdicts"].items() if v)
-    lines = [result["found"], f"Labels dropped because of NaN or no area: {result['dropped_rectangles']}."]
-    if len(result["folds"]) > 1 or _trained(result):
-        counts = ", ".join(f"{f['correct']}/{f['images']}" for f in result["folds"])
-        lines.append(f"{result['how']}: {counts}.")
-    lines.append(f"Protocol {result['protocol']}:")
-    lines += [f"  {name}: {meaning}" for name, meaning in result["conventions"].items()]
-    latency, machine = result["latency_ms"], result["machine"]
+    verdicts = ", ".join(f"{k.replace('_', ' ')} {v}" for k, v in result.verdicts.items() if v)
+    lines = [result.found, f"Labels dropped because of NaN or no area: {result.dropped_rectangles}."]
+    if len(result.folds) > 1 or result.trained:
+        lines.append(f"{result.how}: {', '.join(f'{f.correct}/{f.images}' for f in result.folds)}.")
+    lines.append(f"Protocol {result.protocol}:")
+    lines += [f"  {name}: {meaning}" for name, meaning in result.conventions.items()]
+    latency, machine = result.latency_ms, result.machine
     lines += [
         f"Best grasps: {verdicts}.",
-        f"Latency, image to grasps, one thread of {machine['processor']}, float32: "
-        f"{latency['cpu_median']} ms of processor time; on the clock median {latency['median']}, "
-        f"95th percentile {latency['p95']} ms at a load of {machine['load']:.1f}.",
+        f"Latency, image to grasps, one thread of {machine.processor}, float32: "
+        f"{latency.cpu_median} ms of processor time; on the clock median {latency.median}, "
+        f"95th percentile {latency.p95} ms at a load of {machine.load:.1f}.",
     ]
     return lines
 
@@ -220,19 +213,16 @@ def summary(result: dict[str, Any]) -> list[str]:
 # ---------------------------------------------------------------- Table 3
 
 
-def ablation_table(results: Sequence[dict[str, Any]]) -> TextTable:
+def ablation_table(results: Sequence[Evaluation]) -> TextTable:
     """Table 3 of the paper with what was measured of the same networks beside it."""
     rows = []
     for row in TABLE_3:
         for dataset, printed in (("cornell", row.cornell), ("jacquard", row.jacquard)):
             found = [
-                r
-                for name in row.predictors
-                for r in results
-                if r["predictor"] == name and r["dataset"] == dataset
+                r for name in row.predictors for r in results if r.predictor == name and r.dataset == dataset
             ]
             for r in found or [None]:
-                measured = rate_cells(r["correct"], r["images"]) if r else ["not measured", "", ""]
+                measured = rate_cells(r.correct, r.images) if r else ["not measured", "", ""]
                 rows.append(
                     [
                         dataset.capitalize(),

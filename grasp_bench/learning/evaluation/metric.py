@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.grasps import Grasp, GraspMaps, angle_difference, rectangle_iou, wrap_angle
+from grasp_bench.runs.evaluation import Verdict
 
 Floats = NDArray[np.float64]
-Verdict = Literal["correct", "wrong_angle", "elsewhere", "none"]
-VERDICTS: tuple[Verdict, ...] = ("correct", "wrong_angle", "elsewhere", "none")
 
 ANGLE = math.radians(30)
 IOU = 0.25

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,8 @@ from grasp_bench.learning.data.framing import Frame, Framed, framed
 from grasp_bench.learning.data.rectangles import Collection, Sample
 from grasp_bench.learning.evaluation.metric import Judged, judge, legacy_best
 from grasp_bench.predictors.protocol import Predictor, PrivilegedPredictor, checked
+from grasp_bench.runs.evaluation import Protocol
 
-Protocol = Literal["strict", "legacy"]
 Floats = NDArray[np.float64]
 
 CONVENTIONS: dict[Protocol, dict[str, str]] = {

@@ -137,6 +137,11 @@ def train(
     return _finish(final, accuracy, scenes, kind, crop)
 
 
+def shown(config: TrainConfig) -> str:
+    """Return kind and side [px] of the network's input, as in the metadata of weights."""
+    return f"{input_kind(config.network, config.input)} {info(config.network).crop}"
+
+
 def _begin(name: str, kind: Kind, init: Path) -> nn.Module:
     """Network with the weights of ``init``; AssetError when they are for another input."""
     network, metadata = load(name, init)

@@ -23,7 +23,7 @@ def _with_settings(command: Callable[..., None]) -> Callable[..., None]:
     options = []
     for name, field in TrainConfig.model_fields.items():
         option = TrainConfig.option(name)
-        least = next((m.ge for m in field.metadata if isinstance(m, Ge)), None)
+        least: Any = next((m.ge for m in field.metadata if isinstance(m, Ge)), None)
         typed = Annotated[field.annotation, typer.Option(option.names, help=field.description, min=least)]
         default = not field.default if option.off else field.default
         options.append(

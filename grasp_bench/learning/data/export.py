@@ -31,7 +31,7 @@ ON_TABLE = 0.002
 
 
 def export_jacquard(folder: Path, out: Path, size: int = SIZE, limit: int | None = None) -> tuple[int, int]:
-    """Writes the scenes of ``folder`` that have grasps into ``out``.
+    """Write the scenes of ``folder`` that have grasps into ``out``.
 
     Args:
         folder: made by `grasp-bench data synth`.
@@ -105,7 +105,7 @@ def _export(path: Path, target: Path, name: str, size: int) -> bool:
 
 
 def heights(depth: NDArray[np.float32], intrinsics: Floats, rotation: Floats, position: Floats) -> Floats:
-    """(S, S) height above the table [m] of what each pixel sees.
+    """Return the (S, S) height above the table [m] of what each pixel sees.
 
     Args:
         depth: z-depth [m].

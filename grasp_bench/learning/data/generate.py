@@ -114,7 +114,7 @@ def _file(index: int) -> str:
 
 
 def _entry(out: Path, index: int, seed: int) -> Entry | None:
-    """Index entry of a stored scene, None when it is missing or does not load."""
+    """Return the index entry of a stored scene, None when it is missing or does not load."""
     import zipfile
 
     try:
@@ -155,7 +155,11 @@ def _write_index(out: Path, entries: dict[int, Entry]) -> None:
 
 
 def calibration(out: Path, entries: list[Entry], bins: int = 10) -> list[tuple[float, int, float]]:
-    """How well analysis predicts physics: (upper edge of quality, grasps tried, share held) of each bin."""
+    """Tell how well analysis predicts physics.
+
+    Returns:
+        upper edge of quality, grasps tried and share held of each bin in which any were tried.
+    """
     tried = [np.load(out / e["file"])["tried"] for e in entries]
     quality, held = np.vstack([np.zeros((0, 6)), *tried])[:, 4:].T
     which = np.clip((quality * bins).astype(int), 0, bins - 1)

@@ -39,7 +39,7 @@ def sample_sheet(folder: Path, count: int, out: Path) -> list[str]:
 
 
 def two_a_row(strips: list[NDArray[np.uint8]]) -> NDArray[np.uint8]:
-    """Strips of one shape, two in each row; white where the last row has but one, and one alone as it is."""
+    """Put strips of one shape two in a row; the last row is filled up in white, one strip stays as it is."""
     if len(strips) == 1:
         return strips[0]
     if len(strips) % 2:
@@ -54,7 +54,7 @@ def _spread(number: int, count: int) -> list[int]:
 
 
 def _strip(scene: Scene, title: str) -> NDArray[np.uint8]:
-    """Four pictures (S, 4·S, 3) of one scene side by side."""
+    """Draw four pictures (S, 4·S, 3) of one scene side by side."""
     photo = scene.rgb.copy()
     for grasp in scene.truths():
         corners = np.round((grasp.rectangle(height=12) - 0.5) * 8).astype(np.int32)

@@ -42,7 +42,7 @@ class Sample:
     dropped: int = 0
 
     def grasps(self) -> list[Grasp]:
-        """The rectangles as grasps; their heights, which grasps lack, are lost."""
+        """Return the rectangles as grasps; their heights, which grasps lack, are lost."""
         return [Grasp.from_rectangle(r) for r in self.rectangles]
 
 
@@ -85,7 +85,7 @@ class Collection(ABC):
 
     @abstractmethod
     def load(self, entry: Entry) -> Sample:
-        """Reads one sample; AssetError names a file that is damaged."""
+        """Read one sample; AssetError names a file that is damaged."""
 
     @property
     def knows_objects(self) -> bool:
@@ -93,7 +93,7 @@ class Collection(ABC):
         return bool(self.entries) and all(e.object is not None for e in self.entries)
 
     def describe(self) -> str:
-        """One or two sentences on what was found."""
+        """Say in one or two sentences what was found."""
         objects = (
             f"{len({e.object for e in self.entries})} objects"
             if self.knows_objects
@@ -112,7 +112,7 @@ class Collection(ABC):
 
 
 def read_rgb(path: Path) -> NDArray[np.uint8]:
-    """(H, W, 3) of an image file; AssetError when it is none."""
+    """Read (H, W, 3) of an image file; AssetError when it is none."""
     image = cv2.imread(str(path), cv2.IMREAD_COLOR)
     if image is None:
         raise AssetError(f"{path} is truncated or not an image; fetch it again.")
@@ -120,7 +120,7 @@ def read_rgb(path: Path) -> NDArray[np.uint8]:
 
 
 def read_depth(path: Path, shape: tuple[int, ...]) -> NDArray[np.float32]:
-    """(H, W) metres of a TIFF with floating-point depth; negative, NaN and infinite become 0.
+    """Read (H, W) metres of a TIFF with floating-point depth; negative, NaN and infinite become 0.
 
     Raises:
         AssetError: when it is damaged or not of the given shape.
@@ -138,7 +138,7 @@ def read_depth(path: Path, shape: tuple[int, ...]) -> NDArray[np.float32]:
 
 
 def read_numbers(path: Path, columns: int, separator: str | None = None) -> Floats:
-    """(N, columns) of a text file with one row a line; AssetError names the line that is otherwise."""
+    """Read the rows (N, columns) of a text file; AssetError names the line that is otherwise."""
     rows: list[list[float]] = []
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
@@ -158,7 +158,7 @@ def read_numbers(path: Path, columns: int, separator: str | None = None) -> Floa
 
 
 def without_nan(rectangles: Floats) -> tuple[Floats, int]:
-    """The rectangles (N, 4, 2) that are finite and have an area, and how many were not."""
+    """Return the rectangles (N, 4, 2) that are finite and have an area, and how many were not."""
     finite = np.isfinite(rectangles).all(axis=(1, 2))
     a, b = rectangles[:, 1] - rectangles[:, 0], rectangles[:, 2] - rectangles[:, 1]
     with np.errstate(invalid="ignore"):

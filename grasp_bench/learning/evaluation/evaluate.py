@@ -214,7 +214,7 @@ def _evaluate_synthetic(question: Question, report: Report) -> Evaluation:
 
 
 def _synthetic_cases(root: Path, crop: int) -> tuple[Iterator[Case], int]:
-    """Held-out scenes whose middle has a listed grasp, and how many were held out in all."""
+    """Return held-out scenes whose middle has a listed grasp, and how many were held out in all."""
     from grasp_bench.learning.training.augment import View, crop_scene
     from grasp_bench.learning.training.dataset import load_scene, read_index
 

@@ -26,7 +26,7 @@ def save_checkpoint(
     config: TrainConfig,
     data: str,
 ) -> None:
-    """Writes one safetensors file, at once or not at all: a kill leaves the last one whole.
+    """Write one safetensors file, at once or not at all: a kill leaves the last one whole.
 
     Args:
         path: file to write or replace.
@@ -53,7 +53,7 @@ def load_checkpoint(
     config: TrainConfig,
     data: str,
 ) -> int:
-    """Restores a run in place and returns the number of steps done.
+    """Restore a run in place and return the number of steps done.
 
     Raises:
         AssetError: the file is truncated, or of a run with other settings or scenes.

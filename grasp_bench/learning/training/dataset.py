@@ -42,12 +42,12 @@ _ARRAYS = {
 
 
 def packed(depth: NDArray[np.floating]) -> NDArray[np.uint16]:
-    """Metres → steps of :data:`DEPTH_UNIT`."""
+    """Turn metres into steps of :data:`DEPTH_UNIT`."""
     return np.clip(np.rint(depth / DEPTH_UNIT), 0, 65535).astype(np.uint16)
 
 
 def unpacked(depth: NDArray[np.uint16]) -> NDArray[np.float32]:
-    """Steps of :data:`DEPTH_UNIT` → metres."""
+    """Turn steps of :data:`DEPTH_UNIT` into metres."""
     return depth.astype(np.float32) * np.float32(DEPTH_UNIT)
 
 
@@ -69,7 +69,7 @@ class Scene:
         return self.depth.shape[0]
 
     def truths(self) -> list[Grasp]:
-        """The good grasps, in pixels of the scene."""
+        """Return the good grasps, in pixels of the scene."""
         return [
             Grasp(float(x), float(y), wrap_angle(float(a)), float(w), float(q))
             for x, y, a, w, q in self.grasps
@@ -91,7 +91,7 @@ class SceneSet:
 
 
 def load_scenes(folders: Iterable[Path], crop: int = 224) -> SceneSet:
-    """Reads all scenes of some folders into memory (0.9 MB a scene of 320 px).
+    """Read all scenes of some folders into memory (0.9 MB a scene of 320 px).
 
     Raises:
         AssetError: naming the file, when one is missing, truncated or not as described above.
@@ -108,7 +108,7 @@ def load_scenes(folders: Iterable[Path], crop: int = 224) -> SceneSet:
 
 
 def load_scene(path: Path, crop: int = 0) -> Scene:
-    """One npz; AssetError when it is not what it should be or smaller than ``crop``."""
+    """Read one npz; AssetError when it is not what it should be or smaller than ``crop``."""
     if not path.is_file():
         raise AssetError(f"Scene {path} is missing though its index lists it; generate the data again.")
     try:

@@ -55,7 +55,7 @@ class Trained:
 def train(
     config: TrainConfig, scenes: SceneSet, out: Path, report: Report | None = None, init: Path | None = None
 ) -> Trained:
-    """Trains a network, going on from the checkpoint in ``out`` if there is one.
+    """Train a network, going on from the checkpoint in ``out`` if there is one.
 
     Args:
         config: settings.
@@ -143,7 +143,7 @@ def shown(config: TrainConfig) -> str:
 
 
 def _begin(name: str, kind: Kind, init: Path) -> nn.Module:
-    """Network with the weights of ``init``; AssetError when they are for another input."""
+    """Load the weights of ``init``; AssetError when they are for another input."""
     network, metadata = load(name, init)
     stored = input_kind(name, stored_input(metadata))
     if stored != kind:
@@ -194,7 +194,7 @@ def _update_average(average: nn.Module, network: nn.Module, decay: float) -> Non
 
 
 def use_bf16(config: TrainConfig, device: torch.device) -> bool:
-    """Whether to compute in bfloat16: as configured, or where the hardware multiplies in it."""
+    """Tell whether to compute in bfloat16: as configured, or where the hardware multiplies in it."""
     if config.precision != "auto":
         return config.precision == "bf16"
     if device.type == "cuda":

@@ -24,7 +24,7 @@ KEPT = 1500
 
 
 def scene_from_sample(sample: Sample, window: int, crop: int) -> Scene:
-    """Scene of the middle of a sample, ``window`` px becoming ``crop`` px."""
+    """Make a scene of the middle of a sample, ``window`` px becoming ``crop`` px."""
     side = round(crop * MARGIN)
     seen = framed(sample, Frame.middle(sample.depth.shape, window, crop, side), crop)
     maps = GraspMaps.from_rectangles(seen.rectangles, (side, side))

@@ -42,7 +42,7 @@ class Source:
 
     @classmethod
     def parse(cls, text: str) -> Source:
-        """``DIR`` or ``DIR:WEIGHT``; GraspBenchError when the weight is no positive number."""
+        """Read ``DIR`` or ``DIR:WEIGHT``; GraspBenchError when the weight is no positive number."""
         folder, colon, weight = text.rpartition(":")
         if not colon or Path(text).exists():
             return cls(Path(text))
@@ -76,7 +76,7 @@ class Mixture(Sequence[Scene]):
             self.shares = [s / sum(present) for s in accumulate(present)]
 
     def draw(self, rng: np.random.Generator) -> int:
-        """Index of a scene: of a part drawn by the shares, any of its scenes."""
+        """Draw the index of a scene: of a part drawn by the shares, any of its scenes."""
         assert self.shares is not None
         part = min(bisect_right(self.shares, rng.random()), len(self.ends) - 1)
         return int(rng.integers(self.ends[part - 1] if part else 0, self.ends[part]))
@@ -110,7 +110,7 @@ class StoredScenes(Sequence[Scene]):
 def mixed_with_real(
     synthetic: Sequence[Path], collection: Collection, indices: Sequence[int], real_share: float, crop: int
 ) -> SceneSet:
-    """Some samples of a collection and synthetic scenes, of which ``1 - real_share`` is drawn.
+    """Mix some samples of a collection with synthetic scenes, of which ``1 - real_share`` is drawn.
 
     Nothing is validated on. Raises GraspBenchError unless 0 < ``real_share`` < 1 where there are
     synthetic folders.
@@ -133,7 +133,7 @@ def gather(
     split: Split = "object",
     seed: int = 0,
 ) -> SceneSet:
-    """Scenes of all folders.
+    """Gather the scenes of all folders.
 
     Args:
         sources: folders.

@@ -11,7 +11,7 @@ import typer
 from grasp_bench.runs.evaluation import AnyDataset, Protocol, Record, Split
 
 if TYPE_CHECKING:
-    from grasp_bench.learning.evaluation.evaluate import Training
+    from grasp_bench.learning.evaluation.fold_training import Training
 
 Format = Literal["table", "markdown", "json"]
 
@@ -115,7 +115,7 @@ def _training(
     out: Path,
 ) -> Training:
     from grasp_bench.errors import GraspBenchError
-    from grasp_bench.learning.evaluation.evaluate import Training
+    from grasp_bench.learning.evaluation.fold_training import Training
     from grasp_bench.learning.training.config import TrainConfig
     from grasp_bench.networks import info
     from grasp_bench.system.integrity import weights_path

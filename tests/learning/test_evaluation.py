@@ -19,7 +19,8 @@ from grasp_bench.cli import app
 from grasp_bench.errors import AssetError, GraspBenchError
 from grasp_bench.grasps import Grasp, GraspMaps, rectangle_iou
 from grasp_bench.learning.data.opening import open_collection
-from grasp_bench.learning.evaluation.evaluate import Question, Training, evaluate
+from grasp_bench.learning.evaluation.evaluate import Question, evaluate
+from grasp_bench.learning.evaluation.fold_training import Training
 from grasp_bench.learning.evaluation.metric import judge, legacy_best, raster_iou
 from grasp_bench.learning.evaluation.protocols import CONVENTIONS, best_grasp, make_case
 from grasp_bench.learning.training.config import TrainConfig

@@ -12,12 +12,11 @@ from typing import Any, get_args
 
 import numpy as np
 
-from grasp_bench.errors import AssetError, GraspBenchError
-from grasp_bench.learning.data.folds import Folds, make_folds
+from grasp_bench.errors import GraspBenchError
+from grasp_bench.learning.data.folds import make_folds
 from grasp_bench.learning.data.opening import open_collection
-from grasp_bench.learning.data.rectangles import Collection
+from grasp_bench.learning.evaluation.fold_training import Training, train_fold
 from grasp_bench.learning.evaluation.protocols import CONVENTIONS, Case, evaluate_case, make_case
-from grasp_bench.learning.training.config import TrainConfig
 from grasp_bench.predictors import BUILT_IN, load_predictor
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.runs.evaluation import (
@@ -72,25 +71,6 @@ class Question:
     seed: int = 0
 
 
-@dataclass(frozen=True)
-class Training:
-    """How a model is trained for each fold, on the other folds.
-
-    Attributes:
-        settings: of the runs.
-        init: weights to begin with; None for random ones.
-        synthetic: folders of generated scenes mixed in.
-        real_share: share of the real images in what is seen, if others are mixed in.
-        out: folder of the runs. Finished folds there are not trained again.
-    """
-
-    settings: TrainConfig
-    init: Path | None
-    synthetic: list[Path]
-    real_share: float
-    out: Path
-
-
 def evaluate(
     question: Question, training: Training | None = None, report: Report = lambda record: None
 ) -> Evaluation:
@@ -118,7 +98,7 @@ def evaluate(
     predictor: Predictor | None = None
     for fold in wanted:
         if training is not None:
-            path, trained = _train_fold(question, training, collection, folds, fold)
+            path, trained = train_fold(question.predictor, training, collection, folds, fold)
             predictor = _network(question.predictor, path)
         elif predictor is None:
             predictor = _load(question)
@@ -230,50 +210,6 @@ def _synthetic_cases(root: Path, crop: int) -> tuple[Iterator[Case], int]:
                 yield Case(scene.name, None, rgb, depth, np.array(inside))
 
     return cases(), len(entries)
-
-
-# ---------------------------------------------------------------- training for a fold
-
-
-def _train_fold(
-    question: Question, training: Training, collection: Collection, folds: Folds, fold: int
-) -> tuple[Path, FoldTraining]:
-    """Train on all but one fold, unless that is done already; the weights, and facts on the training."""
-    from grasp_bench.learning.training.loop import shown, train
-    from grasp_bench.learning.training.sources import mixed_with_real
-    from grasp_bench.networks.weights import described, save
-
-    settings = training.settings
-    out = training.out / f"fold-{fold + 1}-of-{len(folds.test)}"
-    scenes = mixed_with_real(training.synthetic, collection, folds.train(fold), training.real_share, CROP)
-    facts = FoldTraining(
-        steps=settings.steps,
-        batch=settings.batch,
-        lr=settings.lr,
-        seed=settings.seed,
-        begun_with=described(training.init) if training.init else None,
-        real_images=len(folds.train(fold)),
-        real_share=training.real_share if training.synthetic else 1.0,
-        synthetic=[f.name for f in training.synthetic],
-        scenes=len(scenes.train),
-    )
-    config = settings.model_copy(update={"network": question.predictor, "init": facts.begun_with})
-    path = out / f"{question.predictor}.safetensors"
-    try:
-        trained = train(config, scenes, out, None, training.init)
-    except AssetError as error:  # of a run with other settings
-        raise AssetError(str(error).replace("--out", "--runs")) from error
-    save(
-        trained.network,
-        path,
-        {
-            "network": question.predictor,
-            "input": shown(config),
-            "trained": facts.model_dump(),
-            "left_out": [collection.entries[i].name for i in folds.test[fold]],
-        },
-    )
-    return path, facts
 
 
 # ---------------------------------------------------------------- result

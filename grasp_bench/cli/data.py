@@ -104,7 +104,7 @@ def info_command(
 ) -> None:
     """Say what a copy of Cornell or Jacquard holds, reading all of it: images, objects, labels, faults."""
     from grasp_bench.learning.data.folds import make_folds
-    from grasp_bench.learning.data.rectangles import open_collection
+    from grasp_bench.learning.data.opening import open_collection
 
     found = open_collection(folder)
     typer.echo(found.describe())

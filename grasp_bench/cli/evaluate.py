@@ -4,33 +4,33 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from grasp_bench.runs.evaluation import AnyDataset, Protocol, Record, Split
+
 if TYPE_CHECKING:
-    from grasp_bench.learning.evaluation.evaluate import Training
+    from grasp_bench.learning.evaluation.fold_training import Training
 
 Format = Literal["table", "markdown", "json"]
 
 
 def evaluate_command(
-    dataset: Annotated[
-        Literal["cornell", "jacquard", "synthetic"], typer.Option(help="What the folder holds.")
-    ],
+    dataset: Annotated[AnyDataset, typer.Option(help="What the folder holds.")],
     root: Annotated[Path, typer.Option(help="Folder of a full or partial copy, or of generated scenes.")],
     predictor: Annotated[
         str, typer.Option(help="A name from `grasp-bench predictors`, a network, or my_module:MyPredictor.")
     ] = "htc-grasp",
     split: Annotated[
-        Literal["image", "object"],
+        Split,
         typer.Option(
             help="Folds of images at random, or of whole objects (contiguous blocks where objects are "
             "unknown)."
         ),
     ] = "object",
     protocol: Annotated[
-        Literal["strict", "legacy"],
+        Protocol,
         typer.Option(
             help="strict: no crop by the labels, no augmentation. legacy: the GG-CNN lineage's conventions."
         ),
@@ -84,20 +84,17 @@ def evaluate_command(
     tally = {"done": 0, "correct": 0}
     with console.status("Evaluating …") as status:
 
-        def report(record: dict[str, Any]) -> None:
+        def report(record: Record) -> None:
             tally["done"] += 1
-            tally["correct"] += record["verdict"] == "correct"
+            tally["correct"] += record.verdict == "correct"
             status.update(f"{tally['correct']} of {tally['done']} correct")
 
         result = evaluate(question, training, report)
     if out is not None:
-        from grasp_bench.system.integrity import write_whole
-
-        out.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(out, (json.dumps(result, indent=1, ensure_ascii=False) + "\n").encode())
+        result.write(out)
     table = accuracy_table(dataset, [result])
     if fmt == "json":
-        typer.echo(json.dumps(result, indent=1, ensure_ascii=False))
+        typer.echo(result.text())
     elif fmt == "markdown":
         typer.echo(markdown([table]), nl=False)
     else:
@@ -119,7 +116,7 @@ def _training(
     out: Path,
 ) -> Training:
     from grasp_bench.errors import GraspBenchError
-    from grasp_bench.learning.evaluation.evaluate import Training
+    from grasp_bench.learning.evaluation.fold_training import Training
     from grasp_bench.learning.training.config import TrainConfig
     from grasp_bench.networks.registry import info
     from grasp_bench.networks.store import shipped_file
@@ -192,7 +189,7 @@ def bench_table_command(
         show(made, Console())
         return
     if fmt == "json":
-        short = [{k: v for k, v in r.items() if k != "records"} for r in results]
+        short = [r.model_dump(mode="json", exclude={"records"}) for r in results]
         text = json.dumps(comparison | {"evaluations": short}, indent=1, ensure_ascii=False) + "\n"
     else:
         text = markdown(made) if fmt == "markdown" else as_text(made)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from grasp_bench.networks.registry import standing_for
 from grasp_bench.report.paper import TABLE_3, TABLES
 from grasp_bench.report.tables import Footnotes, TextTable, rate_cells
+from grasp_bench.runs.evaluation import Evaluation
 from grasp_bench.runs.statistics import Rate
 
 HEAD = ("Method", "Input", "Split", "Correct", "Accuracy", "95 % interval", "ms", "On")
@@ -24,7 +24,7 @@ NOTE = (
 )
 
 
-def accuracy_table(dataset: str, results: Sequence[dict[str, Any]]) -> TextTable:
+def accuracy_table(dataset: str, results: Sequence[Evaluation]) -> TextTable:
     """Table 1 or 2 of the paper with our rows below; synthetic scenes have only ours."""
     rows = []
     for row in TABLES.get(dataset, ()):
@@ -49,72 +49,64 @@ def accuracy_table(dataset: str, results: Sequence[dict[str, Any]]) -> TextTable
     return TextTable(TITLES[dataset], HEAD, rows, note=NOTE, footnotes=how, numbers=NUMBERS, paper=paper)
 
 
-def _ours(result: dict[str, Any], mark: str) -> list[str]:
-    weights = result.get("weights") or {}
-    kind = {"rgbd": "RGB-D", "rgb": "RGB", "depth": "D"}.get(str(weights.get("input", "")).split(" ")[0], "")
-    where = f"{result['images']} of {result['images_in_full']} {result['protocol']} {mark}"
-    trained = _trained(result)
-    seen_real = "trained" in weights or bool(weights.get("data", {}).get("real"))
+def _ours(result: Evaluation, mark: str) -> list[str]:
+    weights, trained = result.weights, result.trained
+    kind = str(weights.input).split(" ")[0] if weights else ""
     how = (
         ", trained per fold"
         if trained
-        else ", weights that saw real images"
-        if seen_real
-        else ", zero-shot"
-        if weights
         else ""
+        if weights is None or not weights.model_fields_set
+        else ", weights that saw real images"
+        if weights.saw_real_images
+        else ", zero-shot"
     )
     return [
-        result["predictor"] + how,
-        kind,
-        result["split"] if trained else "",
-        *rate_cells(Rate(result["correct"], result["images"])),
-        f"{result['latency_ms']['cpu_median']:.0f}",
-        where,
+        result.predictor + how,
+        {"rgbd": "RGB-D", "rgb": "RGB", "depth": "D"}.get(kind, ""),
+        result.split if trained else "",
+        *rate_cells(Rate(result.correct, result.images)),
+        f"{result.latency_ms.cpu_median:.0f}",
+        f"{result.images} of {result.images_in_full} {result.protocol} {mark}",
     ]
 
 
-def _trained(result: dict[str, Any]) -> dict[str, Any] | None:
-    return next((f["trained"] for f in result["folds"] if f["trained"]), None)
-
-
-def conditions(result: dict[str, Any]) -> str:
+def conditions(result: Evaluation) -> str:
     """How a result came about: folds, training, protocol."""
-    parts = [result["how"]]
-    if trained := _trained(result):
+    parts = [result.how]
+    if trained := result.trained:
         parts.append(
-            f"trained for each fold from {trained['begun_with'] or 'random weights'} by "
-            f"{trained['steps']} steps of {trained['batch']} on the other folds"
+            f"trained for each fold from {trained.begun_with or 'random weights'} by "
+            f"{trained.steps} steps of {trained.batch} on the other folds"
             + (
-                f" and {', '.join(trained['synthetic'])} (real share {trained['real_share']:g})"
-                if trained["synthetic"]
+                f" and {', '.join(trained.synthetic)} (real share {trained.real_share:g})"
+                if trained.synthetic
                 else ""
             )
         )
-    elif (weights := result.get("weights")) and "data" in weights:
+    elif result.weights and (data := result.weights.data):
+        steps = result.weights.steps
         parts.append(
-            f"weights trained on {', '.join(weights['data']['folders'])} only, "
-            f"{weights.get('steps', '?')} steps"
+            f"weights trained on {', '.join(data.folders)} only, {'?' if steps is None else steps} steps"
         )
-    parts.append(f"protocol {result['protocol']} ({', '.join(result['conventions'])})")
+    parts.append(f"protocol {result.protocol} ({', '.join(result.conventions)})")
     return ", ".join(parts)
 
 
-def summary(result: dict[str, Any]) -> list[str]:
+def summary(result: Evaluation) -> list[str]:
     """What to say before the table: the data, folds and verdicts."""
-    verdicts = ", ".join(f"{k.replace('_', ' ')} {v}" for k, v in result["verdicts"].items() if v)
-    lines = [result["found"], f"Labels dropped because of NaN or no area: {result['dropped_rectangles']}."]
-    if len(result["folds"]) > 1 or _trained(result):
-        counts = ", ".join(f"{f['correct']}/{f['images']}" for f in result["folds"])
-        lines.append(f"{result['how']}: {counts}.")
-    lines.append(f"Protocol {result['protocol']}:")
-    lines += [f"  {name}: {meaning}" for name, meaning in result["conventions"].items()]
-    latency, machine = result["latency_ms"], result["machine"]
+    verdicts = ", ".join(f"{k.replace('_', ' ')} {v}" for k, v in result.verdicts.items() if v)
+    lines = [result.found, f"Labels dropped because of NaN or no area: {result.dropped_rectangles}."]
+    if len(result.folds) > 1 or result.trained:
+        lines.append(f"{result.how}: {', '.join(f'{f.correct}/{f.images}' for f in result.folds)}.")
+    lines.append(f"Protocol {result.protocol}:")
+    lines += [f"  {name}: {meaning}" for name, meaning in result.conventions.items()]
+    latency, machine = result.latency_ms, result.machine
     lines += [
         f"Best grasps: {verdicts}.",
-        f"Latency, image to grasps, one thread of {machine['processor']}, float32: "
-        f"{latency['cpu_median']} ms of processor time; on the clock median {latency['median']}, "
-        f"95th percentile {latency['p95']} ms at a load of {machine['load']:.1f}.",
+        f"Latency, image to grasps, one thread of {machine.processor}, float32: "
+        f"{latency.cpu_median} ms of processor time; on the clock median {latency.median}, "
+        f"95th percentile {latency.p95} ms at a load of {machine.load:.1f}.",
     ]
     return lines
 
@@ -122,7 +114,7 @@ def summary(result: dict[str, Any]) -> list[str]:
 # ---------------------------------------------------------------- Table 3
 
 
-def ablation_table(results: Sequence[dict[str, Any]]) -> TextTable:
+def ablation_table(results: Sequence[Evaluation]) -> TextTable:
     """Table 3 of the paper with what was measured of the same networks beside it."""
     rows, how = [], Footnotes()
     for row in TABLE_3:
@@ -131,10 +123,10 @@ def ablation_table(results: Sequence[dict[str, Any]]) -> TextTable:
                 r
                 for name in standing_for(3, row.method)
                 for r in results
-                if r["predictor"] == name and r["dataset"] == dataset
+                if r.predictor == name and r.dataset == dataset
             ]
             for r in found or [None]:
-                measured = rate_cells(Rate(r["correct"], r["images"])) if r else ["not measured", "", ""]
+                measured = rate_cells(Rate(r.correct, r.images)) if r else ["not measured", "", ""]
                 rows.append(
                     [
                         dataset.capitalize(),
@@ -142,7 +134,7 @@ def ablation_table(results: Sequence[dict[str, Any]]) -> TextTable:
                         "✓" if row.channel_attention else "",
                         f"{printed:g}%",
                         *measured,
-                        f"{r['protocol']} {how.mark(conditions(r))}" if r else "",
+                        f"{r.protocol} {how.mark(conditions(r))}" if r else "",
                     ]
                 )
     rows.sort(key=lambda r: r[0])

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from grasp_bench.errors import AssetError, GraspBenchError, ResultsError
+from grasp_bench.errors import AssetError, GraspBenchError
 from grasp_bench.networks.registry import all_weights, build, family, parameter_count
 from grasp_bench.networks.store import stored_input
 from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.report.accuracy import ablation_table, accuracy_table
 from grasp_bench.report.table4 import PAPER, ROBOTS, TITLE, Row, table_4
 from grasp_bench.report.tables import RATE_HEAD, TextTable, rate_cells
+from grasp_bench.runs.evaluation import Evaluation
 from grasp_bench.runs.results import Comparison, RunResults
 from grasp_bench.runs.statistics import Rate, holm, trials_to_distinguish
 
@@ -177,39 +177,27 @@ def trained_on(predictor: str, used: dict[str, str | None] | None) -> dict[str, 
     }
 
 
-def read_evaluations(folder: Path) -> list[dict[str, Any]]:
+def read_evaluations(folder: Path) -> list[Evaluation]:
     """Results that ``grasp-bench evaluate --out`` left in a folder, by name; none if there is no folder.
 
     Raises:
         ResultsError: naming a file that is not one.
     """
-    results = []
-    for path in sorted(folder.glob("*.json")) if folder.is_dir() else []:
-        try:
-            result = json.loads(path.read_text(encoding="utf-8"))
-            if result["kind"] != "evaluation" or result["format"] != 1:
-                raise ValueError(f"kind {result['kind']!r}, format {result['format']!r}")
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            raise ResultsError(
-                f"{path} is no result of `grasp-bench evaluate --out` ({error}); move it away "
-                f"or make it again."
-            ) from error
-        results.append(result)
-    return results
+    return [Evaluation.read(path) for path in sorted(folder.glob("*.json"))]
 
 
 # ---------------------------------------------------------------- tables
 
 
-def tables(comparison: dict[str, Any], evaluations: Sequence[dict[str, Any]]) -> list[TextTable]:
+def tables(comparison: dict[str, Any], evaluations: Sequence[Evaluation]) -> list[TextTable]:
     """Table 4, what was trained on what, and Tables 1 to 3, all re-measured."""
     found = [
         accuracy_table(name, chosen)
         for name in ("cornell", "jacquard", "synthetic")
-        if (chosen := [e for e in evaluations if e["dataset"] == name])
+        if (chosen := [e for e in evaluations if e.dataset == name])
     ]
     weights = _weights_table(comparison)
-    ablations = [e for e in evaluations if e["predictor"] in (REFERENCE, *family(UNABLATED))]
+    ablations = [e for e in evaluations if e.predictor in (REFERENCE, *family(UNABLATED))]
     return [
         _compared(comparison),
         *([weights] if weights.rows else []),

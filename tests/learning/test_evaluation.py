@@ -18,8 +18,9 @@ from typer.testing import CliRunner
 from grasp_bench.cli import app
 from grasp_bench.errors import AssetError, GraspBenchError
 from grasp_bench.grasps import Grasp, GraspMaps, rectangle_iou
-from grasp_bench.learning.data.rectangles import open_collection
-from grasp_bench.learning.evaluation.evaluate import Question, Training, evaluate
+from grasp_bench.learning.data.opening import open_collection
+from grasp_bench.learning.evaluation.evaluate import Question, evaluate
+from grasp_bench.learning.evaluation.fold_training import Training
 from grasp_bench.learning.evaluation.metric import judge, legacy_best, raster_iou
 from grasp_bench.learning.evaluation.protocols import CONVENTIONS, best_grasp, make_case
 from grasp_bench.learning.training.config import TrainConfig
@@ -27,6 +28,7 @@ from grasp_bench.networks.store import WeightsFile
 from grasp_bench.report.accuracy import accuracy_table
 from grasp_bench.report.paper import TABLE_1, TABLE_2
 from grasp_bench.report.tables import markdown
+from grasp_bench.runs.evaluation import Evaluation
 
 
 class Bar:
@@ -160,14 +162,15 @@ def test_legacy_needs_maps(tmp_path: Path) -> None:
 def test_evaluate(tmp_path: Path, dataset: Any, predictor: str, verdict: str) -> None:
     root = write_cornell(tmp_path, GRASPS) if dataset == "cornell" else write_jacquard(tmp_path, SMALL)
     result = evaluate(Question(f"test_evaluation:{predictor}", dataset, root, folds=3))
-    assert result["verdicts"] == {"correct": 0, "wrong_angle": 0, "elsewhere": 0, "none": 0} | {verdict: 6}
-    assert [f["images"] for f in result["folds"]] == [2, 2, 2]
-    assert (result["correct"], result["images"]) == (6 * (verdict == "correct"), 6)
-    assert result["dropped_rectangles"] == (dataset == "cornell")
-    assert ("contiguous" in result["how"]) == (dataset == "cornell")
+    assert result.verdicts == {"correct": 0, "wrong_angle": 0, "elsewhere": 0, "none": 0} | {verdict: 6}
+    assert [f.images for f in result.folds] == [2, 2, 2]
+    assert (result.correct, result.images) == (6 * (verdict == "correct"), 6)
+    assert result.dropped_rectangles == (dataset == "cornell")
+    assert ("contiguous" in result.how) == (dataset == "cornell")
     one = evaluate(Question(f"test_evaluation:{predictor}", dataset, root, folds=3, only=2))
-    assert [r["image"] for r in one["records"]] == [r["image"] for r in result["records"] if r["fold"] == 2]
-    json.dumps(result)
+    assert [r.image for r in one.records] == [r.image for r in result.records if r.fold == 2]
+    result.write(tmp_path / "r.json")
+    assert Evaluation.read(tmp_path / "r.json") == result
 
 
 def test_evaluate_synthetic(folder: Path) -> None:  # noqa: F811
@@ -180,7 +183,7 @@ def test_evaluate_synthetic(folder: Path) -> None:  # noqa: F811
 
     test_evaluation.White = White  # type: ignore[attr-defined]
     result = evaluate(Question("test_evaluation:White", "synthetic", folder))
-    assert (result["correct"], result["images"]) == (2, 2)
+    assert (result.correct, result.images) == (2, 2)
     with pytest.raises(GraspBenchError, match="one protocol"):
         evaluate(Question("test_evaluation:White", "synthetic", folder, folds=2))
 
@@ -191,14 +194,15 @@ def test_a_model_is_trained_for_each_fold(tmp_path: Path, folder: Path) -> None:
     training = Training(config, None, [folder], 0.5, tmp_path / "runs")
     question = Question("gg-cnn", "jacquard", root, folds=3)
     result = evaluate(question, training)
-    assert [f["trained"]["real_images"] for f in result["folds"]] == [4, 4, 4]
-    assert result["folds"][0]["trained"]["scenes"] == 4 + 6
-    tested = {r["image"]: r["fold"] for r in result["records"]}
+    assert [f.trained.real_images for f in result.folds if f.trained] == [4, 4, 4]
+    assert result.trained is not None
+    assert result.trained.scenes == 4 + 6
+    tested = {r.image: r.fold for r in result.records}
     for fold in (1, 2, 3):
         metadata = WeightsFile(tmp_path / f"runs/fold-{fold}-of-3/gg-cnn.safetensors").metadata()
         assert sorted(metadata["left_out"]) == sorted(n for n, f in tested.items() if f == fold)
     again = evaluate(question, training)
-    assert [r["iou"] for r in again["records"]] == [r["iou"] for r in result["records"]]
+    assert [r.iou for r in again.records] == [r.iou for r in result.records]
     other = Training(config.model_copy(update={"lr": 0.5}), None, [folder], 0.5, tmp_path / "runs")
     with pytest.raises(AssetError, match=r"lr was 0.001, is 0.5.*another --runs"):
         evaluate(question, other)
@@ -206,9 +210,10 @@ def test_a_model_is_trained_for_each_fold(tmp_path: Path, folder: Path) -> None:
     assert "gg-cnn, trained per fold" in table
     assert "2 steps of 2 on the other folds and" in table
     begun = Training(config, tmp_path / "runs/fold-1-of-3/gg-cnn.safetensors", [], 1.0, tmp_path / "more")
-    facts = evaluate(Question("gg-cnn", "jacquard", root, folds=3, only=1), begun)["folds"][0]["trained"]
-    assert facts["begun_with"].startswith("gg-cnn.safetensors ")
-    assert facts["real_share"] == 1.0
+    facts = evaluate(Question("gg-cnn", "jacquard", root, folds=3, only=1), begun).trained
+    assert facts is not None
+    assert str(facts.begun_with).startswith("gg-cnn.safetensors ")
+    assert facts.real_share == 1.0
 
 
 def test_training_starts_from_given_weights(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from grasp_bench.learning.data.folds import make_folds, parse_holdout
 from grasp_bench.learning.data.framing import Frame, framed
 from grasp_bench.learning.data.jacquard import Jacquard, corners_from_rows, row_from_grasp
 from grasp_bench.learning.data.levelling import levelled, table_surface
-from grasp_bench.learning.data.rectangles import open_collection
+from grasp_bench.learning.data.opening import open_collection
 from grasp_bench.learning.training.augment import View, crop_scene
 from grasp_bench.learning.training.batches import make_batch
 from grasp_bench.learning.training.config import TrainConfig
@@ -196,8 +196,9 @@ def test_labels_follow_the_frame(tmp_path: Path, frame: Frame) -> None:
     assert seen.rgb.shape == (frame.side, frame.side, 3)
     assert seen.depth.dtype == np.float32
     grasp = Grasp.from_rectangle(seen.rectangles[0])
-    back, truth = frame.grasp_in_image(grasp), sample.grasps()[0]
-    assert (back.x, back.y, back.width) == pytest.approx((truth.x, truth.y, truth.width))
+    truth, scale = sample.grasps()[0], frame.side / frame.extent
+    back = (frame.x + (grasp.x - frame.side / 2) / scale, frame.y + (grasp.y - frame.side / 2) / scale)
+    assert (*back, grasp.width / scale) == pytest.approx((truth.x, truth.y, truth.width))
     rows, columns = np.nonzero(seen.rgb[..., 0] > 150)
     assert (columns.mean() + 0.5, rows.mean() + 0.5) == pytest.approx((grasp.x, grasp.y), abs=1.2)
 

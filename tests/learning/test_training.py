@@ -462,7 +462,7 @@ def test_command_trains_and_writes_weights(folder: Path, tmp_path: Path) -> None
 
 def test_export_installs_weights_card_and_hash(folder: Path, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setattr("grasp_bench.networks.store.assets_dir", lambda: tmp_path / "assets")
-    train_command([folder], tmp_path / "run", predictor="gg-cnn", steps=1, batch=1, threads=1, export=True)
+    train_command([folder], tmp_path / "run", network="gg-cnn", steps=1, batch=1, threads=1, export=True)
     installed = tmp_path / "assets" / "weights"
     assert {p.name for p in installed.iterdir()} == {"gg-cnn.safetensors", "gg-cnn.md", "manifest.json"}
     _, metadata = load("gg-cnn")

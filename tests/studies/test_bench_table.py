@@ -19,7 +19,7 @@ from grasp_bench.errors import AssetError, GraspBenchError, ResultsError
 from grasp_bench.grasps import angle_difference
 from grasp_bench.learning.data.export import FINGER, export_jacquard, heights
 from grasp_bench.learning.data.generate import generate
-from grasp_bench.learning.data.rectangles import open_collection
+from grasp_bench.learning.data.opening import open_collection
 from grasp_bench.learning.data.synthetic import SynthConfig
 from grasp_bench.learning.training.dataset import load_scenes
 from grasp_bench.learning.training.log import training_seconds
@@ -27,10 +27,12 @@ from grasp_bench.predictors import load_predictor
 from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.report.accuracy import accuracy_table
 from grasp_bench.report.run import Run
+from grasp_bench.runs.evaluation import Evaluation
 from grasp_bench.runs.statistics import mcnemar, trials_to_distinguish
 from grasp_bench.studies.bench_table import UNABLATED, bench, compare, read_evaluations, tables, trained_on
 
 REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
+EVALUATIONS = REFERENCE.with_name("evaluation")
 
 
 # --- statistics ---------------------------------------------------------------------------
@@ -131,30 +133,23 @@ def test_other_trials_are_refused(tmp_path: Path) -> None:
         compare([tmp_path / "htc-grasp", tmp_path / "oracle"])
 
 
-def evaluation(**changes: Any) -> dict[str, Any]:
-    return {
-        "format": 1,
-        "kind": "evaluation",
-        "predictor": "htc-grasp",
-        "dataset": "cornell",
-        "split": "object",
-        "protocol": "strict",
-        "conventions": {"window": "…"},
-        "folds": [],
-        "how": "all images once",
-        "images_in_full": 885,
+def evaluation(**changes: Any) -> Evaluation:
+    """A committed result with other figures."""
+    shipped = Evaluation.read(EVALUATIONS / "cornell-htc-grasp-zero-shot-strict.json")
+    figures = {
         "correct": 30,
         "images": 40,
         "weights": {"input": "rgbd 224"},
-        "latency_ms": {"median": 50.0, "cpu_median": 48.0},
-    } | changes
+        "latency_ms": {"median": 50.0, "p95": 60.0, "cpu_median": 48.0},
+    }
+    return Evaluation.model_validate(shipped.model_dump() | figures | changes)
 
 
 def test_command_prints_what_is_there(tmp_path: Path) -> None:
     (tmp_path / "e").mkdir()
-    (tmp_path / "e" / "a.json").write_text(json.dumps(evaluation()))
+    evaluation().write(tmp_path / "e" / "a.json")
     other = evaluation(predictor="htc-grasp-no-ca", dataset="jacquard")
-    (tmp_path / "e" / "b.json").write_text(json.dumps(other))
+    other.write(tmp_path / "e" / "b.json")
     common = ["bench-table", "--no-run", "--folder", str(REFERENCE), "--evaluations", str(tmp_path / "e")]
     text = CliRunner().invoke(app, [*common, "--format", "markdown"]).stdout
     for title in (

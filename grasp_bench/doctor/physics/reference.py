@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from grasp_bench.doctor.physics.check import Check, below
 from grasp_bench.robot.ec66 import EC66
 from grasp_bench.scenario.sections import Scenario
+from grasp_bench.system.spawning import SpawnContext
 
 Floats = NDArray[np.float64]
 
@@ -94,15 +95,12 @@ def watch(
         workers: processes.
         progress: called after each trial.
     """
-    import multiprocessing
-
     from pebble import ProcessPool
 
     from grasp_bench.objects.catalog import Catalog
 
     every = Catalog().names
-    context = multiprocessing.get_context("spawn")
-    with ProcessPool(max_workers=workers, initializer=_start, initargs=(scenario,), context=context) as pool:
+    with ProcessPool(workers, initializer=_start, initargs=(scenario,), context=SpawnContext()) as pool:
         futures = [pool.submit(_watch, None, every.index(name), name, seed) for name in objects or every]
         results = []
         for future in futures:

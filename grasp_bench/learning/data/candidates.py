@@ -52,7 +52,7 @@ class Candidates(NamedTuple):
 def propose(
     gripper: FloatingGripper, found: GraspField, field: HeightField, count: int, rng: Rng
 ) -> Candidates:
-    """About ``count`` candidates of all :data:`SOURCES`; fewer where there is little to grasp.
+    """Draw about ``count`` candidates of all :data:`SOURCES`; fewer where there is little to grasp.
 
     Args:
         gripper: beside the scene at rest.
@@ -98,7 +98,7 @@ def propose(
 
 
 def _apart(cells: list[tuple[int, int]], chosen: list[tuple[int, int]], count: int) -> list[tuple[int, int]]:
-    """``chosen`` and those of ``cells`` that are apart from all before them, ``count`` at most."""
+    """Return ``chosen`` and those of ``cells`` that are apart from all before them, ``count`` at most."""
     chosen = list(chosen)
     for cell in cells:
         if len(chosen) < count and all(np.hypot(cell[0] - r, cell[1] - c) * CELL > NEAR for r, c in chosen):
@@ -107,7 +107,7 @@ def _apart(cells: list[tuple[int, int]], chosen: list[tuple[int, int]], count: i
 
 
 def antipodal(gripper: FloatingGripper, field: HeightField, count: int, rng: Rng) -> list[Jaws]:
-    """Up to ``count`` pairs of opposite points of the objects' true surfaces, as cells and jaw directions.
+    """Find up to ``count`` pairs of opposite points of the true surfaces, as cells and jaw directions.
 
     From a random point of a steep surface a ray goes in, within the friction cone: to the
     inside of the same wall, or from beyond the far side back to it, whichever is drawn. It is a
@@ -142,7 +142,7 @@ def antipodal(gripper: FloatingGripper, field: HeightField, count: int, rng: Rng
 
 
 def _steep_faces(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Floats, Floats]:
-    """Corners (F, 3, 3) and unit normals (F, 3) in the world of the shown faces that stand upright,
+    """Return corners (F, 3, 3) and unit normals (F, 3) in the world of the shown faces that stand upright,
     drawn with equal chance whatever their size: rims and thin edges have small ones."""
     corners, normals = [np.zeros((0, 3, 3))], [np.zeros((0, 3))]
     for geom in range(model.ngeom):

@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 from grasp_bench.errors import AssetError
 from grasp_bench.learning.data.rectangles import (
     Collection,
-    DatasetName,
     Entry,
     Sample,
     read_depth,
@@ -31,6 +30,7 @@ from grasp_bench.learning.data.rectangles import (
     read_rgb,
     without_nan,
 )
+from grasp_bench.runs.evaluation import DatasetName
 
 _LABELS = re.compile(r"pcd(\d{4})cpos\.txt$")
 MILLIMETRE = 1e-3
@@ -45,7 +45,7 @@ class Cornell(Collection):
 
     @classmethod
     def open(cls, root: Path) -> Cornell:
-        """What ``root`` holds."""
+        """Find what ``root`` holds."""
         objects = _object_ids(root)
         entries, missing = [], []
         for labels in sorted(root.rglob("pcd*cpos.txt"), key=lambda p: p.name):
@@ -62,7 +62,7 @@ class Cornell(Collection):
         return cls(root, entries, missing, window=320)
 
     def load(self, entry: Entry) -> Sample:
-        """Reads one sample; AssetError names a file that is damaged."""
+        """Read one sample; AssetError names a file that is damaged."""
         corners = read_numbers(entry.labels, 2)
         if len(corners) % 4:
             raise AssetError(
@@ -80,7 +80,7 @@ class Cornell(Collection):
 
 
 def _object_ids(root: Path) -> dict[int, str]:
-    """Object of each image number, from the first ``z.txt`` at or below ``root``; empty without one."""
+    """Read the object of each image number from the first ``z.txt`` at or below ``root``, if any."""
     for path in sorted(root.rglob("z.txt")):
         ids: dict[int, str] = {}
         for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
@@ -92,7 +92,7 @@ def _object_ids(root: Path) -> dict[int, str]:
 
 
 def distance_from_cloud(path: Path, shape: tuple[int, ...]) -> NDArray[np.float32]:
-    """(H, W) metres from the origin of a point cloud in PCD text format, 0 where there is no point.
+    """Read (H, W) metres from the origin of a point cloud in PCD text format, 0 where there is no point.
 
     Lines are x, y, z in millimetres, a colour and the pixel's index, row by row.
 

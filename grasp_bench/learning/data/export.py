@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from grasp_bench.errors import AssetError, GraspBenchError
 from grasp_bench.grasps import Grasp
 from grasp_bench.learning.data.jacquard import row_from_grasp
-from grasp_bench.learning.training.dataset import DEPTH_UNIT, load_scene, read_index
+from grasp_bench.learning.training.dataset import load_scene, read_index, unpacked
 from grasp_bench.robot.parallel_85 import PARALLEL_85
 
 Floats = NDArray[np.float64]
@@ -31,7 +31,7 @@ ON_TABLE = 0.002
 
 
 def export_jacquard(folder: Path, out: Path, size: int = SIZE, limit: int | None = None) -> tuple[int, int]:
-    """Writes the scenes of ``folder`` that have grasps into ``out``.
+    """Write the scenes of ``folder`` that have grasps into ``out``.
 
     Args:
         folder: made by `grasp-bench data synth`.
@@ -47,7 +47,7 @@ def export_jacquard(folder: Path, out: Path, size: int = SIZE, limit: int | None
         GraspBenchError: when ``out`` cannot be written.
     """
     written = empty = 0
-    for entry in read_index(folder / "index.jsonl"):
+    for entry in read_index(folder):
         if written == limit:
             break
         name = Path(entry["file"]).stem
@@ -66,12 +66,12 @@ def _export(path: Path, target: Path, name: str, size: int) -> bool:
         return False
     try:
         with np.load(path, allow_pickle=False) as file:
-            true = file["depth_true"].astype(np.float32) * np.float32(DEPTH_UNIT)
+            true = unpacked(file["depth_true"])
             focal, rotation, position = file["intrinsics"], file["camera_rotation"], file["camera_position"]
     except (KeyError, ValueError) as error:
         raise AssetError(f"Scene {path} lacks what an export needs ({error}); generate it again.") from error
     scale = size / scene.size
-    sensed = scene.depth.astype(np.float32) * np.float32(DEPTH_UNIT)
+    sensed = unpacked(scene.depth)
     mask = np.where(heights(true, focal, rotation, position) > ON_TABLE, 255, 0).astype(np.uint8)
     rows = []
     for g in scene.truths():
@@ -105,7 +105,7 @@ def _export(path: Path, target: Path, name: str, size: int) -> bool:
 
 
 def heights(depth: NDArray[np.float32], intrinsics: Floats, rotation: Floats, position: Floats) -> Floats:
-    """(S, S) height above the table [m] of what each pixel sees.
+    """Return the (S, S) height above the table [m] of what each pixel sees.
 
     Args:
         depth: z-depth [m].

@@ -5,13 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from grasp_bench.errors import GraspBenchError
-
-Split = Literal["image", "object"]
+from grasp_bench.runs.evaluation import Split
 
 
 @dataclass(frozen=True)
@@ -27,12 +25,12 @@ class Folds:
     how: str
 
     def train(self, fold: int) -> list[int]:
-        """Indices of all samples that are not in the ``fold``-th (from 0) test set."""
+        """Return the indices of all samples that are not in the ``fold``-th (from 0) test set."""
         return sorted(i for k, part in enumerate(self.test) if k != fold for i in part)
 
 
 def make_folds(objects: Sequence[str | None], count: int, split: Split, seed: int = 0) -> Folds:
-    """Parts samples into ``count`` test sets.
+    """Part samples into ``count`` test sets.
 
     Args:
         objects: what each sample shows, in the collection's order; None where it is unknown.
@@ -75,7 +73,7 @@ def make_folds(objects: Sequence[str | None], count: int, split: Split, seed: in
 
 
 def parse_holdout(text: str) -> tuple[int, int]:
-    """'2/5' → (1, 5): index from 0 of the fold left out, and how many folds there are.
+    """Read '2/5' as (1, 5): index from 0 of the fold left out, and how many folds there are.
 
     Raises:
         GraspBenchError: for anything else.

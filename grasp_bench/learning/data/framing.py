@@ -8,7 +8,6 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from grasp_bench.grasps import Grasp
 from grasp_bench.learning.data.levelling import levelled
 from grasp_bench.learning.data.rectangles import Sample
 
@@ -32,7 +31,7 @@ class Frame:
 
     @classmethod
     def middle(cls, shape: tuple[int, ...], window: float, crop: int, side: int | None = None) -> Frame:
-        """About the middle of an image of ``shape``, a ``window`` px becoming ``crop`` px.
+        """Return the square about the middle of an image of ``shape``, a ``window`` px becoming ``crop`` px.
 
         ``side`` px are kept, by default ``crop``: more leave a margin for random views.
         """
@@ -45,16 +44,11 @@ class Frame:
         return self.side / self.extent
 
     def points(self, points: ArrayLike) -> Floats:
-        """Pixels (…, 2) of the image → of the frame."""
+        """Turn pixels (…, 2) of the image into those of the frame."""
         return (np.asarray(points, float) - (self.x, self.y)) * self.scale + self.side / 2
 
-    def grasp_in_image(self, grasp: Grasp) -> Grasp:
-        """A grasp in the frame as one in the image."""
-        x, y = (np.array([grasp.x, grasp.y]) - self.side / 2) / self.scale + (self.x, self.y)
-        return Grasp(float(x), float(y), grasp.angle, grasp.width / self.scale, grasp.quality)
-
     def cut(self, array: NDArray, fill: bool) -> NDArray:
-        """The square of ``array``; outside the image, its border (``fill``) or zeros.
+        """Cut the square out of ``array``; outside the image there is its border (``fill``) or zeros.
 
         Colour (H, W, 3) is averaged where it shrinks; anything else takes its nearest value.
         """
@@ -93,7 +87,7 @@ class Framed:
 
 
 def framed(sample: Sample, frame: Frame, crop: int) -> Framed:
-    """A sample seen in ``frame``, the table fitted in the middle ``crop`` px of it."""
+    """Cut ``frame`` out of a sample, the table fitted in the middle ``crop`` px of it."""
     rgb = frame.cut(sample.rgb, fill=True)
     depth = levelled(frame.cut(sample.depth, fill=False), crop)
     return Framed(rgb, depth, frame.points(sample.rectangles).reshape(-1, 4, 2), frame)

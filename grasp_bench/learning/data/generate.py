@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import multiprocessing
 import os
 import platform
 from collections.abc import Callable
@@ -15,7 +14,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from grasp_bench.errors import GraspBenchError
+from grasp_bench.learning.training.dataset import INDEX
 from grasp_bench.system.graphics import without_gl
+from grasp_bench.system.integrity import write_whole
+from grasp_bench.system.machine import THREADS
+from grasp_bench.system.spawning import SpawnContext
 
 if TYPE_CHECKING:
     from grasp_bench.learning.data.synthetic import SynthConfig
@@ -25,7 +28,7 @@ FORMAT = 2
 TIMEOUT = 60
 """Seconds after which a scene is given up."""
 VALIDATION = 20
-"""Every so manieth scene is for validation."""
+"""One scene in so many is for validation."""
 SAVE_EVERY = 250
 """Scenes after which the index is written anew, so that training may begin."""
 Entry = dict[str, Any]
@@ -70,9 +73,8 @@ def generate(
     for entry in entries.values():
         report(entry, False)
     failed: dict[int, str] = {}
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ[name] = "1"  # inherited by the workers, which are started afresh
-    with ProcessPool(workers, max_tasks=200, context=multiprocessing.get_context("spawn")) as pool:
+    os.environ.update(dict.fromkeys(THREADS, "1"))  # inherited by the workers, which are started afresh
+    with ProcessPool(workers, max_tasks=200, context=SpawnContext()) as pool:
         futures: dict[Future[Entry], int] = {
             pool.submit(_produce, TIMEOUT, out, i, seed, config): i for i in range(scenes) if i not in entries
         }
@@ -104,7 +106,7 @@ def _check_config(out: Path, seed: int, config: SynthConfig) -> None:
                 f"{out} holds scenes made with {found}, not with {wanted}; choose another folder."
             )
     versions = {"python": platform.python_version(), "numpy": np.__version__, "mujoco": mujoco.__version__}
-    _write(path, (json.dumps(wanted | {"versions": versions}, indent=1) + "\n").encode())
+    write_whole(path, (json.dumps(wanted | {"versions": versions}, indent=1) + "\n").encode())
 
 
 def _file(index: int) -> str:
@@ -112,7 +114,7 @@ def _file(index: int) -> str:
 
 
 def _entry(out: Path, index: int, seed: int) -> Entry | None:
-    """Index entry of a stored scene, None when it is missing or does not load."""
+    """Return the index entry of a stored scene, None when it is missing or does not load."""
     import zipfile
 
     try:
@@ -142,25 +144,22 @@ def _produce(out: Path, index: int, seed: int, config: SynthConfig) -> Entry:
     cv2.setNumThreads(1)
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **make_scene(seed, index, config))  # type: ignore[arg-type]
-    _write(out / _file(index), buffer.getvalue())
+    write_whole(out / _file(index), buffer.getvalue())
     entry = _entry(out, index, seed)
     assert entry is not None
     return entry
 
 
 def _write_index(out: Path, entries: dict[int, Entry]) -> None:
-    _write(out / "index.jsonl", "".join(json.dumps(entries[i]) + "\n" for i in sorted(entries)).encode())
-
-
-def _write(path: Path, content: bytes) -> None:
-    """Write a file whole or not at all."""
-    fresh = path.with_name(f".{path.name}.{os.getpid()}")
-    fresh.write_bytes(content)
-    fresh.replace(path)
+    write_whole(out / INDEX, "".join(json.dumps(entries[i]) + "\n" for i in sorted(entries)).encode())
 
 
 def calibration(out: Path, entries: list[Entry], bins: int = 10) -> list[tuple[float, int, float]]:
-    """How well analysis predicts physics: (upper edge of quality, grasps tried, share held) of each bin."""
+    """Tell how well analysis predicts physics.
+
+    Returns:
+        upper edge of quality, grasps tried and share held of each bin in which any were tried.
+    """
     tried = [np.load(out / e["file"])["tried"] for e in entries]
     quality, held = np.vstack([np.zeros((0, 6)), *tried])[:, 4:].T
     which = np.clip((quality * bins).astype(int), 0, bins - 1)

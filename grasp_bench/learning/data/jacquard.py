@@ -18,7 +18,6 @@ from grasp_bench.errors import UnknownNameError
 from grasp_bench.grasps import Grasp
 from grasp_bench.learning.data.rectangles import (
     Collection,
-    DatasetName,
     Entry,
     Sample,
     read_depth,
@@ -26,6 +25,7 @@ from grasp_bench.learning.data.rectangles import (
     read_rgb,
     without_nan,
 )
+from grasp_bench.runs.evaluation import DatasetName
 
 Floats = NDArray[np.float64]
 ENDING = "grasps.txt"
@@ -41,7 +41,7 @@ class Jacquard(Collection):
 
     @classmethod
     def open(cls, root: Path, depth: str = "perfect") -> Jacquard:
-        """What ``root`` holds.
+        """Find what ``root`` holds.
 
         Raises:
             UnknownNameError: when ``depth`` is neither 'perfect' nor 'stereo'.
@@ -61,7 +61,7 @@ class Jacquard(Collection):
         return cls(root, entries, missing, window=1024)
 
     def load(self, entry: Entry) -> Sample:
-        """Reads one sample; AssetError names a file that is damaged."""
+        """Read one sample; AssetError names a file that is damaged."""
         rectangles, dropped = without_nan(corners_from_rows(read_numbers(entry.labels, 5, ";")))
         rgb = read_rgb(entry.rgb)
         return Sample(entry.name, rgb, read_depth(entry.depth, rgb.shape[:2]), rectangles, dropped)
@@ -72,13 +72,13 @@ def _name(labels: Path, prefix: str, root: Path) -> str:
 
 
 def _object(labels: Path, prefix: str, root: Path) -> str | None:
-    """Identifier in the file's name, else its folder's name, else none."""
+    """Return the identifier in the file's name, else its folder's name, else none."""
     _, _, identifier = prefix.rstrip("_").partition("_")
     return identifier or (labels.parent.name if labels.parent != root else None)
 
 
 def corners_from_rows(rows: Floats) -> Floats:
-    """Rows (N, 5) of a grasps file → corners (N, 4, 2), the first edge along the opening."""
+    """Turn rows (N, 5) of a grasps file into corners (N, 4, 2), the first edge along the opening."""
     corners = [
         Grasp(x, y, -np.radians(theta), opening).rectangle(height=jaw) for x, y, theta, opening, jaw in rows
     ]
@@ -86,5 +86,5 @@ def corners_from_rows(rows: Floats) -> Floats:
 
 
 def row_from_grasp(grasp: Grasp, jaw: float) -> str:
-    """Line of a grasps file for a grasp with jaws ``jaw`` pixels wide."""
+    """Return the line of a grasps file for a grasp with jaws ``jaw`` pixels wide."""
     return f"{grasp.x:.5f};{grasp.y:.5f};{-np.degrees(grasp.angle):.4f};{grasp.width:.4f};{jaw:.4f}"

@@ -33,14 +33,14 @@ class View:
     rays: Floats
 
     def on_plane(self, height: Floats) -> Floats:
-        """World x, y (S, S, 2) at which each pixel sees the plane of its ``height`` (S, S)."""
+        """Return world x, y (S, S, 2) at which each pixel sees the plane of its ``height`` (S, S)."""
         distance = (height - self.pose.position[2]) / self.rays[..., 2]
         return self.pose.position[:2] + self.rays[..., :2] * distance[..., None]
 
     def grasps(
         self, centre: NDArray[np.floating], yaw: NDArray, opening: NDArray
     ) -> tuple[Floats, Floats, Floats]:
-        """Pixel (…, 2), angle and width of grasps about world points (…, 3), as the planner reads them."""
+        """Project grasps about points (…, 3) to pixel (…, 2), angle and width, as the planner reads them."""
         half = 0.5 * opening[..., None] * np.stack([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)], axis=-1)
         ends = [self.intrinsics.project(self.pose.to_camera(centre + s * half)) for s in (-1, 1)]
         dx, dy = np.moveaxis(ends[1] - ends[0], -1, 0)
@@ -50,7 +50,7 @@ class View:
 
 
 def polished(found: GraspField) -> GraspField:
-    """The field without the stripes that edges oblique to the cells leave in it: quality closed
+    """Return the field without the stripes that edges oblique to the cells leave in it: quality closed
     over 5×5 cells and blurred a little, and each cell's grasp the best of its 3×3 neighbours'."""
     shifts = [(0, 0), *((r, c) for r in (-1, 0, 1) for c in (-1, 0, 1) if r or c)]
     best = np.argmax([np.roll(found.quality, s, (0, 1)) for s in shifts], axis=0)
@@ -64,7 +64,7 @@ def polished(found: GraspField) -> GraspField:
 def balanced(
     found: GraspField, field: HeightField, view: View, owner: NDArray[np.int64], centres: Floats
 ) -> GraspField:
-    """Quality for the centre of mass of the object at each cell, or of the nearest one seen.
+    """Grade each cell for the centre of mass of the object there, or of the nearest one seen.
 
     Args:
         found: analysed for one centre of mass, that of ``field``.
@@ -85,7 +85,7 @@ def balanced(
 
 
 def refute(found: GraspField, tried: Candidates, held: NDArray[np.bool_], factor: float) -> GraspField:
-    """Quality times ``factor`` where the nearest grasp tried with like jaws failed."""
+    """Multiply quality by ``factor`` where the nearest grasp tried with like jaws failed."""
     rows, columns = np.indices(found.quality.shape)
     nearest, verdict = np.full(found.quality.shape, NEAR + 1e-6), np.ones(found.quality.shape, bool)
     for row, column, yaw, success in zip(tried.rows, tried.columns, tried.yaw, held, strict=True):
@@ -97,7 +97,7 @@ def refute(found: GraspField, tried: Candidates, held: NDArray[np.bool_], factor
 
 
 def dense(view: View, found: GraspField, field: HeightField, picture: Picture) -> Arrays:
-    """Label maps: each pixel has the best grasp of the cell it sees on the plane of that grasp's top."""
+    """Make label maps: each pixel has the best grasp of the cell it sees on the plane of that grasp's top."""
     top = np.clip(view.pose.position[2] + view.rays[..., 2] * picture.depth, 0, None)
     for _ in range(3):  # what the pixel sees itself, then twice more accurately
         at = view.on_plane(top)

@@ -30,7 +30,7 @@ HIGHEST, LOWEST = 0.4, -0.2
 
 
 def levelled(depth: Depth, window: int) -> Depth:
-    """(H, W) metres with 0 for invalid → the same with the table level.
+    """Make the table level in (H, W) metres with 0 for invalid.
 
     Args:
         depth: metres, or distances that are smooth over the table.
@@ -47,7 +47,7 @@ def levelled(depth: Depth, window: int) -> Depth:
 
 
 def table_surface(depth: Depth, window: int, step: int = 4) -> Floats | None:
-    """(H, W) depth of the table at each pixel; None where too little is measured to tell.
+    """Return the (H, W) depth of the table at each pixel; None where too little is measured to tell.
 
     Least absolute deviations by reweighting, then least squares over what lies within 2.5
     robust standard deviations.
@@ -81,7 +81,7 @@ def _middle(n: int, window: int) -> slice:
 
 
 def _terms(u: Floats, v: Floats) -> Floats:
-    """(…, 6) monomials up to ``DEGREE``."""
+    """Return the (…, 6) monomials up to ``DEGREE``."""
     return np.stack([u**i * v**j for i in range(DEGREE + 1) for j in range(DEGREE + 1 - i)], axis=-1)
 
 

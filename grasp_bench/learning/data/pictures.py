@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.errors import AssetError
-from grasp_bench.learning.data.rectangles import open_collection
-from grasp_bench.learning.training.dataset import Scene, load_scene, read_index
+from grasp_bench.learning.data.opening import open_collection
+from grasp_bench.learning.training.dataset import Scene, is_generated, load_scene, read_index
 from grasp_bench.learning.training.real import RealScenes
 
 CROP = 224
@@ -25,8 +25,8 @@ def sample_sheet(folder: Path, count: int, out: Path) -> list[str]:
     Raises:
         AssetError: when the folder holds neither, or a scene is damaged.
     """
-    if (folder / "index.jsonl").is_file():
-        entries = read_index(folder / "index.jsonl")
+    if is_generated(folder):
+        entries = read_index(folder)
         scenes = [load_scene(folder / entries[i]["file"]) for i in _spread(len(entries), count)]
     else:
         collection = open_collection(folder)
@@ -39,7 +39,7 @@ def sample_sheet(folder: Path, count: int, out: Path) -> list[str]:
 
 
 def two_a_row(strips: list[NDArray[np.uint8]]) -> NDArray[np.uint8]:
-    """Strips of one shape, two in each row; white where the last row has but one, and one alone as it is."""
+    """Put strips of one shape two in a row; the last row is filled up in white, one strip stays as it is."""
     if len(strips) == 1:
         return strips[0]
     if len(strips) % 2:
@@ -54,7 +54,7 @@ def _spread(number: int, count: int) -> list[int]:
 
 
 def _strip(scene: Scene, title: str) -> NDArray[np.uint8]:
-    """Four pictures (S, 4·S, 3) of one scene side by side."""
+    """Draw four pictures (S, 4·S, 3) of one scene side by side."""
     photo = scene.rgb.copy()
     for grasp in scene.truths():
         corners = np.round((grasp.rectangle(height=12) - 0.5) * 8).astype(np.int32)

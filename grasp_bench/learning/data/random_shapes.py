@@ -51,7 +51,7 @@ class RandomObject:
 
 
 def box_size(rng: Rng) -> Floats:
-    """(3,) edges [mm]: compact, elongated, flat or small."""
+    """Draw (3,) edges [mm]: compact, elongated, flat or small."""
     kind = rng.random()
     if kind < 0.35:
         return np.clip(log_uniform(rng, 20, 80) * rng.uniform(0.45, 1.3, 3), 12, 110)
@@ -63,7 +63,7 @@ def box_size(rng: Rng) -> Floats:
 
 
 def random_color(rng: Rng) -> tuple[float, float, float]:
-    """Dark, white, grey, saturated, pale or brownish colour, each channel in [0, 1]."""
+    """Draw a dark, white, grey, saturated, pale or brownish colour, each channel in [0, 1]."""
     kind = rng.random()
     if kind < 0.16:
         return _tinted(rng, rng.uniform(0.02, 0.2))
@@ -84,19 +84,19 @@ def _tinted(rng: Rng, value: float) -> tuple[float, float, float]:
 
 
 def lump(rng: Rng) -> Parts:
-    """One convex solid."""
+    """Make one convex solid."""
     return [[solids.lump(rng, box_size(rng))]]
 
 
 def turned(rng: Rng) -> Parts:
-    """A turned solid: spindle, knob, disc or stand."""
+    """Make a turned solid: spindle, knob, disc or stand."""
     if rng.random() < 0.4:
         return [[solids.turned(rng, log_uniform(rng, 9, 40), log_uniform(rng, 60, 280))]]
     return [[solids.turned(rng, log_uniform(rng, 20, 90), log_uniform(rng, 10, 110))]]
 
 
 def vessel(rng: Rng) -> Parts:
-    """A thin-walled vessel, with or without handle."""
+    """Make a thin-walled vessel, with or without handle."""
     diameter, height = log_uniform(rng, 30, 150), log_uniform(rng, 15, 150)
     parts = [[solids.vessel(rng, diameter, height)]]
     if rng.random() < 0.4:
@@ -107,7 +107,7 @@ def vessel(rng: Rng) -> Parts:
 
 
 def cutout(rng: Rng) -> Parts:
-    """An extruded figure: angle, cross, star, ring or plate with holes."""
+    """Make an extruded figure: angle, cross, star, ring or plate with holes."""
     if rng.random() < 0.6:
         size = [log_uniform(rng, 30, 200), log_uniform(rng, 25, 130), log_uniform(rng, 7, 30)]
     else:
@@ -116,12 +116,12 @@ def cutout(rng: Rng) -> Parts:
 
 
 def bar(rng: Rng) -> Parts:
-    """A straight, curved or hooked bar."""
+    """Make a straight, curved or hooked bar."""
     return [[solids.bar(rng, log_uniform(rng, 60, 290), log_uniform(rng, 8, 32), log_uniform(rng, 8, 26))]]
 
 
 def loop(rng: Rng) -> Parts:
-    """A closed loop, perhaps with a stem."""
+    """Make a closed loop, perhaps with a stem."""
     width, thick = log_uniform(rng, 40, 150), log_uniform(rng, 7, 18)
     depth, height = width * rng.uniform(0.5, 1), thick * rng.uniform(0.8, 1.6)
     parts = [[solids.loop(rng, width, depth, thick, height)]]
@@ -132,7 +132,7 @@ def loop(rng: Rng) -> Parts:
 
 
 def body_and_handle(rng: Rng) -> Parts:
-    """A compact body with a bowed or a straight handle."""
+    """Make a compact body with a bowed or a straight handle."""
     body = solids.lump(rng, np.clip(log_uniform(rng, 25, 90) * rng.uniform(0.6, 1.3, 3), 18, 130))
     thick = rng.uniform(7, 18)
     if rng.random() < 0.5:
@@ -144,7 +144,7 @@ def body_and_handle(rng: Rng) -> Parts:
 
 
 def tool(rng: Rng) -> Parts:
-    """A thin shaft in a thick handle, perhaps with a head at its end."""
+    """Make a thin shaft in a thick handle, perhaps with a head at its end."""
     shaft_length, shaft = log_uniform(rng, 50, 180), log_uniform(rng, 5, 14)
     thick = shaft * rng.uniform(1.4, 4)
     length = log_uniform(rng, 50, 130)
@@ -172,7 +172,7 @@ def _head(rng: Rng, shaft: float) -> Solid:
 
 
 def rod_and_head(rng: Rng) -> Parts:
-    """A rod with one or two heads, in line or across."""
+    """Make a rod with one or two heads, in line or across."""
     length, thick = log_uniform(rng, 60, 260), log_uniform(rng, 7, 28)
     rod = solids.bar(rng, length, thick, thick * rng.uniform(0.6, 1))
     parts = [[rod]]
@@ -183,7 +183,7 @@ def rod_and_head(rng: Rng) -> Parts:
 
 
 def plate_and_knob(rng: Rng) -> Parts:
-    """A plate with one to three things standing on it."""
+    """Make a plate with one to three things standing on it."""
     size = np.array([log_uniform(rng, 40, 160), log_uniform(rng, 30, 110), log_uniform(rng, 6, 16)])
     plate = solids.cutout(rng, size) if rng.random() < 0.3 else solids.lump(rng, size)
     parts = [[plate]]
@@ -195,7 +195,7 @@ def plate_and_knob(rng: Rng) -> Parts:
 
 
 def crossing(rng: Rng) -> Parts:
-    """Two bars that cross, with or without loops at their ends."""
+    """Make two bars that cross, with or without loops at their ends."""
     length, width, height = log_uniform(rng, 90, 230), log_uniform(rng, 7, 18), log_uniform(rng, 6, 14)
     opening = rng.uniform(12, 70)
     pivot = rng.uniform(-0.25, 0.25) * length
@@ -217,7 +217,7 @@ def crossing(rng: Rng) -> Parts:
 
 
 def two_loops(rng: Rng) -> Parts:
-    """Two loops side by side, joined by a bridge."""
+    """Make two loops side by side, joined by a bridge."""
     width, thick, height = log_uniform(rng, 35, 75), log_uniform(rng, 7, 12), log_uniform(rng, 7, 16)
     depth, gap = width * rng.uniform(0.6, 1), rng.uniform(0, 40)
     reach = (width + gap) / 2
@@ -230,7 +230,7 @@ def two_loops(rng: Rng) -> Parts:
 
 
 def stack(rng: Rng) -> Parts:
-    """Two to four convex solids one after the other along an axis."""
+    """Make two to four convex solids one after the other along an axis."""
     parts: Parts = []
     end, base = 0.0, log_uniform(rng, 12, 65)
     for _ in range(int(rng.integers(2, 5))):
@@ -263,7 +263,7 @@ KINDS: dict[Callable[[Rng], Parts], float] = {
 
 
 def random_object(rng: np.random.Generator) -> RandomObject:
-    """A new random object; redrawn while it has too many pieces."""
+    """Make a new random object; redrawn while it has too many pieces."""
     kinds = list(KINDS)
     while True:
         kind = kinds[int(rng.choice(len(kinds), p=list(KINDS.values())))]

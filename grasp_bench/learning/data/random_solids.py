@@ -46,26 +46,26 @@ class Solid:
         return np.asarray(self.mesh.extents)
 
     def placed(self, rotation: ArrayLike = (0, 0, 0), offset: ArrayLike = (0, 0, 0)) -> Solid:
-        """Copy turned by fixed-axis ``rotation`` angles (x, y, z) [deg], then moved by ``offset``."""
+        """Return a copy turned about the fixed axes by ``rotation`` [deg], then moved by ``offset``."""
         turn = Rotation.from_euler("xyz", rotation, degrees=True).as_matrix()
         shift = np.asarray(offset, float)
         return self.mapped(lambda v: v @ turn.T + shift)
 
     def scaled(self, factors: ArrayLike) -> Solid:
-        """Copy scaled about the origin by one or three positive factors."""
+        """Return a copy scaled about the origin by one or three positive factors."""
         return self.mapped(lambda v: v * np.asarray(factors, float))
 
     def centred(self) -> Solid:
-        """Copy with the middle of its bounding box at the origin."""
+        """Return a copy with the middle of its bounding box at the origin."""
         middle = np.asarray(self.mesh.bounds).mean(0)
         return self.mapped(lambda v: v - middle)
 
     def fitted(self, size: ArrayLike) -> Solid:
-        """Centred copy stretched to fill a box of ``size`` (3,)."""
+        """Return a centred copy stretched to fill a box of ``size`` (3,)."""
         return self.centred().scaled(np.asarray(size, float) / self.size)
 
     def mapped(self, f: Callable[[Floats], Floats]) -> Solid:
-        """Copy with an affine map applied to all vertices."""
+        """Return a copy with an affine map applied to all vertices."""
         return Solid(
             Mesh(f(np.asarray(self.mesh.vertices)), self.mesh.faces, process=False),
             [f(p) for p in self.pieces],
@@ -73,12 +73,12 @@ class Solid:
 
 
 def log_uniform(rng: Rng, low: float, high: float) -> float:
-    """Random number whose logarithm is uniform."""
+    """Draw a random number whose logarithm is uniform."""
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
 def convex(mesh: Mesh) -> Solid:
-    """A convex mesh as its own single piece."""
+    """Take a convex mesh as its own single piece."""
     return Solid(mesh, [np.asarray(mesh.vertices)])
 
 
@@ -86,7 +86,7 @@ def convex(mesh: Mesh) -> Solid:
 
 
 def block(rng: Rng, size: Floats) -> Solid:
-    """Box with sharp or rounded edges."""
+    """Make a box with sharp or rounded edges."""
     if rng.random() < 0.5:
         return convex(shapes.box(*size)).centred()
     x, y, z = size
@@ -94,13 +94,13 @@ def block(rng: Rng, size: Floats) -> Solid:
 
 
 def superquadric(rng: Rng, size: Floats) -> Solid:
-    """Convex superellipsoid: anything between ball, box, cylinder and octahedron."""
+    """Make a convex superellipsoid: anything between ball, box, cylinder and octahedron."""
     e1, e2 = rng.uniform(0.2, 1.7, 2)
     return convex(shapes.superellipsoid(1, 1, 1, e1, e2, SEGMENTS)).fitted(size)
 
 
 def column(rng: Rng, size: Floats) -> Solid:
-    """Cylinder, prism, frustum or cone along a random axis of the box."""
+    """Make a cylinder, prism, frustum or cone along a random axis of the box."""
     sides = SEGMENTS if rng.random() < 0.6 else int(rng.integers(3, 9))
     top = float(rng.choice([1.0, 1.0, rng.uniform(0.3, 0.9), 0.0]))
     turn = float(rng.choice([0, 90])), float(rng.choice([0, 90])), 0.0
@@ -108,7 +108,7 @@ def column(rng: Rng, size: Floats) -> Solid:
 
 
 def wedge(rng: Rng, size: Floats) -> Solid:
-    """Prism over a random triangle, quadrilateral or pentagon."""
+    """Make a prism over a random triangle, quadrilateral or pentagon."""
     count = int(rng.integers(3, 6))
     angles = 2 * np.pi * (np.arange(count) + rng.uniform(-0.3, 0.3, count)) / count
     outline = Polygon(np.column_stack([np.cos(angles), np.sin(angles)]))
@@ -120,7 +120,7 @@ CONVEX = (block, superquadric, column, wedge)
 
 
 def lump(rng: Rng, size: ArrayLike) -> Solid:
-    """Some convex solid that fills a box of ``size``."""
+    """Make some convex solid that fills a box of ``size``."""
     return CONVEX[int(rng.integers(len(CONVEX)))](rng, np.asarray(size, float))
 
 
@@ -130,7 +130,7 @@ def lump(rng: Rng, size: ArrayLike) -> Solid:
 def _frustum(
     low: Floats, high: Floats, start: float = 0.0, stop: float = 2 * np.pi, points: int = SEGMENTS
 ) -> Floats:
-    """Points on the circles of (r, z) ``low`` and ``high`` between two angles."""
+    """Return points on the circles of (r, z) ``low`` and ``high`` between two angles."""
     t = np.linspace(start, stop, points, endpoint=stop - start < 2 * np.pi - 1e-9)
     return np.vstack(
         [np.column_stack([r * np.cos(t), r * np.sin(t), np.full(points, z)]) for r, z in (low, high)]
@@ -138,7 +138,7 @@ def _frustum(
 
 
 def _profile(rng: Rng, count: int, least: float) -> Floats:
-    """(count, 2) random smooth-ish radii in [least, 1] at rising heights from 0 to 1."""
+    """Draw (count, 2) random smooth-ish radii in [least, 1] at rising heights from 0 to 1."""
     heights = np.concatenate([[0], np.sort(rng.uniform(0.1, 0.9, count - 2)), [1]])
     heights = 0.5 * heights + 0.5 * np.linspace(0, 1, count)
     radii = np.clip(rng.uniform(least, 1) + np.cumsum(rng.normal(0, 0.22, count)), least, 1)
@@ -146,14 +146,14 @@ def _profile(rng: Rng, count: int, least: float) -> Floats:
 
 
 def turned(rng: Rng, diameter: float, height: float) -> Solid:
-    """Solid of revolution about z with a random profile."""
+    """Make a solid of revolution about z with a random profile."""
     profile = _profile(rng, int(rng.integers(3, 8)), 0.3) * [diameter / 2, height]
     mesh = shapes.revolve(np.vstack([[0, 0], profile, [0, height]]), SEGMENTS)
     return Solid(mesh, [_frustum(a, b) for a, b in pairwise(profile)]).centred()
 
 
 def vessel(rng: Rng, diameter: float, height: float) -> Solid:
-    """Open vessel or tube about z, walls 2 to 5 mm: straight, flaring, bulging or with a waist."""
+    """Make an open vessel or tube about z, walls 2 to 5 mm: straight, flaring, bulging or with a waist."""
     bands = int(rng.integers(1, 4))
     wall = min(rng.uniform(2, 5), 0.2 * diameter, 0.5 * height)
     outer = _profile(rng, bands + 1, 0.55) * [diameter / 2, height]
@@ -183,7 +183,7 @@ def vessel(rng: Rng, diameter: float, height: float) -> Solid:
 
 
 def partition(figure: BaseGeometry) -> list[Floats]:
-    """Convex polygons (N, 2) that together cover ``figure``, a little more at round hollows."""
+    """Cover ``figure`` with convex polygons (N, 2), which stand out a little at round hollows."""
     parts = []
     triangles = cast(list[Polygon], list(shapely.constrained_delaunay_triangles(figure).geoms))
     triangles.sort(key=lambda t: -t.area)
@@ -206,7 +206,7 @@ def partition(figure: BaseGeometry) -> list[Floats]:
 
 
 def extruded(figure: BaseGeometry, height: float) -> Solid:
-    """A figure of the xy plane [mm] given ``height``."""
+    """Give a figure of the xy plane [mm] ``height``."""
     pieces = [
         np.vstack([np.column_stack([p, np.full(len(p), z)]) for z in (0.0, height)])
         for p in partition(figure)
@@ -215,12 +215,12 @@ def extruded(figure: BaseGeometry, height: float) -> Solid:
 
 
 def _bars(*bars: tuple[float, float, float, float]) -> BaseGeometry:
-    """Union of rectangles given by their corners x0, y0, x1, y1."""
+    """Return the union of rectangles given by their corners x0, y0, x1, y1."""
     return shapely.union_all([shapely.box(*b) for b in bars])
 
 
 def figure(rng: Rng, width: float, depth: float) -> BaseGeometry:
-    """Random plane figure, mostly not convex, that fills ``width`` × ``depth`` mm."""
+    """Draw a random plane figure, mostly not convex, that fills ``width`` × ``depth`` mm."""
     t = rng.uniform(0.18, 0.42)
     s = rng.uniform(0.2, 0.8)
     kind = int(rng.integers(9))
@@ -251,7 +251,7 @@ def figure(rng: Rng, width: float, depth: float) -> BaseGeometry:
 
 
 def cutout(rng: Rng, size: ArrayLike) -> Solid:
-    """Random figure of the first two of ``size``, extruded by the third."""
+    """Draw a figure of the first two of ``size`` and extrude it by the third."""
     x, y, z = np.asarray(size, float)
     return extruded(figure(rng, x, y), z)
 
@@ -260,7 +260,7 @@ def cutout(rng: Rng, size: ArrayLike) -> Solid:
 
 
 def swept(path: ArrayLike, section: Polygon, scales: ArrayLike | None = None, closed: bool = False) -> Solid:
-    """Bar along a ``path`` (N, 2) in the xy plane; the section's x lies in that plane."""
+    """Make a bar along a ``path`` (N, 2) in the xy plane; the section's x lies in that plane."""
     points = np.asarray(path, float)
     path3 = np.column_stack([points, np.zeros(len(points))])
     mesh = shapes.sweep(section, path3, scales=scales, closed=closed)
@@ -271,7 +271,7 @@ def swept(path: ArrayLike, section: Polygon, scales: ArrayLike | None = None, cl
 
 
 def section(rng: Rng, width: float, height: float) -> Polygon:
-    """Cross-section of a bar: round, angular or rectangular with bevelled edges."""
+    """Draw the cross-section of a bar: round, angular or rectangular with bevelled edges."""
     kind = int(rng.integers(3))
     if kind == 0:
         return shapes.rect(width, height)
@@ -280,7 +280,7 @@ def section(rng: Rng, width: float, height: float) -> Polygon:
 
 
 def bar(rng: Rng, length: float, width: float, height: float) -> Solid:
-    """Straight, curved, S-shaped or hooked bar along x, perhaps tapered."""
+    """Make a straight, curved, S-shaped or hooked bar along x, perhaps tapered."""
     kind = int(rng.integers(5))
     bend = rng.uniform(0.1, 0.45) * length * rng.choice([-1, 1])
     if kind <= 1:
@@ -300,7 +300,7 @@ def bar(rng: Rng, length: float, width: float, height: float) -> Solid:
 
 
 def loop(rng: Rng, width: float, depth: float, thickness: float, height: float) -> Solid:
-    """Closed bar around an ellipse, a rounded rectangle or something between, flat in xy."""
+    """Make a closed bar around an ellipse, a rounded rectangle or something between, flat in xy."""
     t = np.linspace(0, 2 * np.pi, 14, endpoint=False)
     e = rng.uniform(0.5, 1.0)
     x, y = (np.sign(f(t)) * np.abs(f(t)) ** e for f in (np.cos, np.sin))
@@ -310,7 +310,7 @@ def loop(rng: Rng, width: float, depth: float, thickness: float, height: float) 
 
 
 def handle(rng: Rng, span: float, reach: float, thickness: float) -> Solid:
-    """D-shaped bar that starts at (0, −span/2), bulges to x = ``reach`` and ends at (0, span/2)."""
+    """Make a D-shaped bar that starts at (0, −span/2), bulges to x = ``reach`` and ends at (0, span/2)."""
     power = rng.uniform(0.5, 1.0)
     t = np.linspace(-np.pi / 2, np.pi / 2, 9)
     path = np.column_stack([reach * np.abs(np.cos(t)) ** power, span / 2 * np.sin(t)])

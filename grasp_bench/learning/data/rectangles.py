@@ -10,7 +10,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import cv2
 import numpy as np
@@ -18,9 +17,9 @@ from numpy.typing import NDArray
 
 from grasp_bench.errors import AssetError
 from grasp_bench.grasps import Grasp
+from grasp_bench.runs.evaluation import DatasetName
 
 Floats = NDArray[np.float64]
-DatasetName = Literal["cornell", "jacquard"]
 
 
 @dataclass(frozen=True)
@@ -43,7 +42,7 @@ class Sample:
     dropped: int = 0
 
     def grasps(self) -> list[Grasp]:
-        """The rectangles as grasps; their heights, which grasps lack, are lost."""
+        """Return the rectangles as grasps; their heights, which grasps lack, are lost."""
         return [Grasp.from_rectangle(r) for r in self.rectangles]
 
 
@@ -86,7 +85,7 @@ class Collection(ABC):
 
     @abstractmethod
     def load(self, entry: Entry) -> Sample:
-        """Reads one sample; AssetError names a file that is damaged."""
+        """Read one sample; AssetError names a file that is damaged."""
 
     @property
     def knows_objects(self) -> bool:
@@ -94,7 +93,7 @@ class Collection(ABC):
         return bool(self.entries) and all(e.object is not None for e in self.entries)
 
     def describe(self) -> str:
-        """One or two sentences on what was found."""
+        """Say in one or two sentences what was found."""
         objects = (
             f"{len({e.object for e in self.entries})} objects"
             if self.knows_objects
@@ -109,45 +108,11 @@ class Collection(ABC):
         return text
 
 
-def open_collection(root: Path, name: DatasetName | None = None, depth: str = "perfect") -> Collection:
-    """The Cornell or Jacquard copy in ``root``; which of them is told by its files unless named.
-
-    Args:
-        root: folder of a full copy or a part; images may lie in folders below.
-        name: data set that must be there.
-        depth: of Jacquard: 'perfect' (rendered) or 'stereo' (with a simulated sensor's errors).
-
-    Raises:
-        AssetError: when there is no complete sample.
-    """
-    from grasp_bench.learning.data.cornell import Cornell
-    from grasp_bench.learning.data.jacquard import Jacquard
-
-    root = Path(root)
-    if not root.is_dir():
-        raise AssetError(f"{root} is not a folder; give the root of a Cornell or Jacquard copy.")
-    makers = {"cornell": lambda: Cornell.open(root), "jacquard": lambda: Jacquard.open(root, depth)}
-    for key in (name,) if name else makers:
-        found: Collection = makers[key]()
-        if found.entries:
-            return found
-        if found.missing:
-            raise AssetError(
-                f"No sample in {root} is complete: {', '.join(found.missing[:5])} "
-                f"{'is' if len(found.missing) == 1 else 'are'} missing."
-            )
-    wanted = {"cornell": "Cornell (pcdNNNNcpos.txt)", "jacquard": "Jacquard (…_grasps.txt)"}
-    raise AssetError(
-        f"{root} holds no {wanted[name] if name else ' and no '.join(wanted.values())} files; "
-        f"give the root of a copy in its original layout."
-    )
-
-
 # ---------------------------------------------------------------- reading
 
 
 def read_rgb(path: Path) -> NDArray[np.uint8]:
-    """(H, W, 3) of an image file; AssetError when it is none."""
+    """Read (H, W, 3) of an image file; AssetError when it is none."""
     image = cv2.imread(str(path), cv2.IMREAD_COLOR)
     if image is None:
         raise AssetError(f"{path} is truncated or not an image; fetch it again.")
@@ -155,7 +120,7 @@ def read_rgb(path: Path) -> NDArray[np.uint8]:
 
 
 def read_depth(path: Path, shape: tuple[int, ...]) -> NDArray[np.float32]:
-    """(H, W) metres of a TIFF with floating-point depth; negative, NaN and infinite become 0.
+    """Read (H, W) metres of a TIFF with floating-point depth; negative, NaN and infinite become 0.
 
     Raises:
         AssetError: when it is damaged or not of the given shape.
@@ -173,7 +138,7 @@ def read_depth(path: Path, shape: tuple[int, ...]) -> NDArray[np.float32]:
 
 
 def read_numbers(path: Path, columns: int, separator: str | None = None) -> Floats:
-    """(N, columns) of a text file with one row a line; AssetError names the line that is otherwise."""
+    """Read the rows (N, columns) of a text file; AssetError names the line that is otherwise."""
     rows: list[list[float]] = []
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
@@ -193,7 +158,7 @@ def read_numbers(path: Path, columns: int, separator: str | None = None) -> Floa
 
 
 def without_nan(rectangles: Floats) -> tuple[Floats, int]:
-    """The rectangles (N, 4, 2) that are finite and have an area, and how many were not."""
+    """Return the rectangles (N, 4, 2) that are finite and have an area, and how many were not."""
     finite = np.isfinite(rectangles).all(axis=(1, 2))
     a, b = rectangles[:, 1] - rectangles[:, 0], rectangles[:, 2] - rectangles[:, 1]
     with np.errstate(invalid="ignore"):

@@ -30,7 +30,7 @@ from grasp_bench.errors import GraspBenchError
 from grasp_bench.learning.data import labels
 from grasp_bench.learning.data.candidates import Candidates, propose
 from grasp_bench.learning.data.random_shapes import RandomObject, random_color, random_object
-from grasp_bench.learning.training.dataset import DEPTH_UNIT
+from grasp_bench.learning.training.dataset import packed
 from grasp_bench.planning import heightfield
 from grasp_bench.planning.heightfield import CELL, HeightField
 from grasp_bench.scenario.reading import load_scenario
@@ -77,7 +77,7 @@ class SynthConfig:
 
 
 def make_scene(seed: int, index: int, config: SynthConfig) -> Arrays:
-    """Arrays of the ``index``-th scene of ``seed``."""
+    """Make the arrays of the ``index``-th scene of ``seed``."""
     rng = np.random.default_rng(np.random.SeedSequence([seed, index]))
     for _ in range(LAYOUTS):
         scenario = jittered(_base(config.scenario), rng)
@@ -98,7 +98,7 @@ _base = cache(load_scenario)
 
 
 def jittered(scenario: Scenario, rng: Rng) -> Scenario:
-    """The scenario with the camera moved a little, another table colour and other sensor noise."""
+    """Move the camera a little, and draw another table colour and other sensor noise."""
     camera, roll = scenario.camera, np.radians(rng.uniform(-4, 4))
     up = np.array(camera.image_up) @ Rotation.from_euler("z", roll).as_matrix().T
     moved = camera.model_copy(
@@ -153,7 +153,7 @@ def arrange(gripper: FloatingGripper, objects: list[RandomObject], spread: float
 
 
 def tipped(vertices: Floats, rng: Rng) -> Rotation:
-    """Rotation that lays the hull of ``vertices`` (N, 3) on a random facet (by solid angle), at any yaw."""
+    """Draw a rotation that lays the hull of ``vertices`` (N, 3) on a facet (by solid angle), at any yaw."""
     planes = ConvexHull(vertices).equations
     direction = rng.standard_normal(3)
     speed = planes[:, :3] @ direction
@@ -166,7 +166,7 @@ def tipped(vertices: Floats, rng: Rng) -> Rotation:
 
 
 def record(gripper: FloatingGripper, objects: list[RandomObject], config: SynthConfig, rng: Rng) -> Arrays:
-    """Picture and labels of the scene at rest in ``gripper``."""
+    """Take picture and labels of the scene at rest in ``gripper``."""
     scenario = gripper.scenario
     mujoco.mj_forward(gripper.model, gripper.data)
     full, pose = scenario.camera.intrinsics, scenario.camera.pose
@@ -193,8 +193,8 @@ def record(gripper: FloatingGripper, objects: list[RandomObject], config: SynthC
     grasps[:, 4] = 1
     return {
         "rgb": image.rgb,
-        "depth": _packed(image.depth),
-        "depth_true": _packed(picture.depth),
+        "depth": packed(image.depth),
+        "depth_true": packed(picture.depth),
         **labels.dense(view, labels.refute(found, tried, held, config.refuted), field, picture),
         "grasps": grasps,
         "tried": listed,
@@ -206,12 +206,8 @@ def record(gripper: FloatingGripper, objects: list[RandomObject], config: SynthC
     }
 
 
-def _packed(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
-    return np.clip(np.rint(depth / DEPTH_UNIT), 0, 65535).astype(np.uint16)
-
-
 def photo(model: mujoco.MjModel, picture: Picture, rng: Rng) -> NDArray[np.uint8]:
-    """The picture under random light, its table perhaps speckled or grained."""
+    """Put the picture under random light, its table perhaps speckled or grained."""
     h, w = picture.geom.shape
     grain = int(rng.integers(3))
     coarse = rng.standard_normal([(2, 2), (h // 4, w // 4), (3, w // 3)][grain]).astype(np.float32)
@@ -225,7 +221,7 @@ def photo(model: mujoco.MjModel, picture: Picture, rng: Rng) -> NDArray[np.uint8
 
 
 def _heights(gripper: FloatingGripper, objects: list[RandomObject]) -> HeightField:
-    """True heights around the objects."""
+    """Measure true heights around the objects."""
     clouds = []
     for i, model in enumerate(objects):
         body = gripper.data.body(f"object{i}")
@@ -243,14 +239,14 @@ def _heights(gripper: FloatingGripper, objects: list[RandomObject]) -> HeightFie
 
 
 def _owner(gripper: FloatingGripper, picture: Picture, count: int) -> NDArray[np.int64]:
-    """(S, S) number of the object that each pixel shows, −1 for none."""
+    """Return the (S, S) number of the object that each pixel shows, −1 for none."""
     number = np.full(gripper.model.nbody + 1, -1)
     number[[gripper.model.body(f"object{i}").id for i in range(count)]] = np.arange(count)
     return number[np.where(picture.geom >= 0, gripper.model.geom_bodyid[picture.geom], -1)]
 
 
 def _attempts(gripper: FloatingGripper, tried: Candidates, centre: NDArray[np.floating]) -> NDArray[np.bool_]:
-    """(M,) whether each grasp about the world points ``centre`` (M, 3) held."""
+    """Try grasps about the world points ``centre`` (M, 3); return (M,) whether each held."""
     state = gripper.state()
     return np.array(
         [

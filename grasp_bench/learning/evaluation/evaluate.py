@@ -8,27 +8,39 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, get_args
 
 import numpy as np
 
-from grasp_bench.errors import AssetError, GraspBenchError
-from grasp_bench.learning.data.folds import Folds, Split, make_folds
-from grasp_bench.learning.data.rectangles import Collection, DatasetName, open_collection
-from grasp_bench.learning.evaluation.metric import VERDICTS
-from grasp_bench.learning.evaluation.protocols import CONVENTIONS, Case, Protocol, evaluate_case, make_case
-from grasp_bench.networks.registry import NETWORKS, info, input_kind
-from grasp_bench.networks.store import WeightsFile
+from grasp_bench.errors import GraspBenchError
+from grasp_bench.learning.data.folds import make_folds
+from grasp_bench.learning.data.opening import open_collection
+from grasp_bench.learning.evaluation.fold_training import Training, train_fold
+from grasp_bench.learning.evaluation.protocols import CONVENTIONS, Case, evaluate_case, make_case
+from grasp_bench.networks.registry import NETWORKS
 from grasp_bench.predictors.names import load_predictor
 from grasp_bench.predictors.protocol import Predictor, begin
 from grasp_bench.predictors.shipped import SHIPPED
+from grasp_bench.runs.evaluation import (
+    AnyDataset,
+    Evaluation,
+    Fold,
+    FoldTraining,
+    Latency,
+    Machine,
+    Protocol,
+    Record,
+    Split,
+    Verdict,
+    Weights,
+)
 from grasp_bench.runs.statistics import wilson
+from grasp_bench.system.machine import cpu_name
 
-FORMAT = 1
 CROP = 224
 """Side of what predictors are shown, unless a network's input is another [px]."""
 
-Report = Callable[[dict[str, Any]], None]
+Report = Callable[[Record], None]
 """Called with the record of each image."""
 
 
@@ -50,7 +62,7 @@ class Question:
     """
 
     predictor: str
-    dataset: DatasetName | Literal["synthetic"]
+    dataset: AnyDataset
     root: Path
     split: Split = "object"
     protocol: Protocol = "strict"
@@ -61,29 +73,10 @@ class Question:
     seed: int = 0
 
 
-@dataclass(frozen=True)
-class Training:
-    """How a model is trained for each fold, on the other folds.
-
-    Attributes:
-        settings: of the runs (:class:`grasp_bench.learning.training.config.TrainConfig`).
-        init: weights to begin with; None for random ones.
-        synthetic: folders of generated scenes mixed in.
-        real_share: share of the real images in what is seen, if others are mixed in.
-        out: folder of the runs. Finished folds there are not trained again.
-    """
-
-    settings: Any
-    init: Path | None
-    synthetic: list[Path]
-    real_share: float
-    out: Path
-
-
 def evaluate(
     question: Question, training: Training | None = None, report: Report = lambda record: None
-) -> dict[str, Any]:
-    """Evaluates, and returns a JSON-able result: counts, interval, conventions, one record an image.
+) -> Evaluation:
+    """Answer a question, with training for each fold if ``training`` is given.
 
     Raises:
         AssetError: when data or weights are missing or damaged.
@@ -101,41 +94,33 @@ def evaluate(
     if question.only is not None and not 1 <= question.only <= question.folds:
         raise GraspBenchError(f"--fold must be from 1 to {question.folds}, not {question.only}.")
     wanted = range(question.folds) if question.only is None else [question.only - 1]
-    records: list[dict[str, Any]] = []
-    parts: list[dict[str, Any]] = []
-    trained: dict[str, Any] | None = None
+    records: list[Record] = []
+    parts: list[Fold] = []
+    trained: FoldTraining | None = None
     predictor: Predictor | None = None
     for fold in wanted:
         if training is not None:
-            path, trained = _train_fold(question, training, collection, folds, fold)
+            path, trained = train_fold(question.predictor, training, collection, folds, fold)
             predictor = _network(question.predictor, path)
         elif predictor is None:
             predictor = _load(question)
         crop = getattr(predictor, "crop", CROP)
         cases = (make_case(collection, i, crop, question.protocol, question.seed) for i in folds.test[fold])
-        found = list(_judge_all(predictor, cases, question.protocol, report))
-        records += [{"fold": fold + 1, **r} for r in found]
-        parts.append(
-            {
-                "fold": fold + 1,
-                "correct": sum(r["verdict"] == "correct" for r in found),
-                "images": len(found),
-                "trained": trained,
-            }
-        )
+        found = list(_judge_all(predictor, cases, question.protocol, report, fold + 1))
+        records += found
+        correct = sum(r.verdict == "correct" for r in found)
+        parts.append(Fold(fold=fold + 1, correct=correct, images=len(found), trained=trained))
     return _result(
         question,
         records,
         predictor,
-        {
-            "found": collection.describe(),
-            "images_in_full": collection.images_in_full,
-            "object_ids": collection.knows_objects,
-            "missing": collection.missing,
-            "folds": parts,
-            "how": folds.how if question.folds > 1 else "all images once",
-            "depth": question.depth if question.dataset == "jacquard" else None,
-        },
+        found=collection.describe(),
+        images_in_full=collection.images_in_full,
+        object_ids=collection.knows_objects,
+        missing=collection.missing,
+        folds=parts,
+        how=folds.how if question.folds > 1 else "all images once",
+        depth=question.depth if question.dataset == "jacquard" else None,
     )
 
 
@@ -158,8 +143,8 @@ def _network(name: str, weights: Path | None) -> Predictor:
 
 
 def _judge_all(
-    predictor: Predictor, cases: Iterator[Case], protocol: Protocol, report: Report
-) -> Iterator[dict[str, Any]]:
+    predictor: Predictor, cases: Iterator[Case], protocol: Protocol, report: Report, fold: int = 1
+) -> Iterator[Record]:
     warm = False
     for i, case in enumerate(cases):
         begin(predictor, np.random.default_rng(i))
@@ -167,21 +152,22 @@ def _judge_all(
             evaluate_case(predictor, case, protocol)
             warm = True
         judged, seconds, cpu = evaluate_case(predictor, case, protocol)
-        record = {
-            "image": case.name,
-            "object": case.object,
-            "verdict": judged.verdict,
-            "iou": round(judged.iou, 4),
-            "milliseconds": round(1e3 * seconds, 2),
-            "cpu_milliseconds": round(1e3 * cpu, 2),
-            "labels": len(case.rectangles),
-            "dropped": case.dropped,
-        }
+        record = Record(
+            fold=fold,
+            image=case.name,
+            object=case.object,
+            verdict=judged.verdict,
+            iou=round(judged.iou, 4),
+            milliseconds=round(1e3 * seconds, 2),
+            cpu_milliseconds=round(1e3 * cpu, 2),
+            labels=len(case.rectangles),
+            dropped=case.dropped,
+        )
         report(record)
         yield record
 
 
-def _evaluate_synthetic(question: Question, report: Report) -> dict[str, Any]:
+def _evaluate_synthetic(question: Question, report: Report) -> Evaluation:
     predictor = _load(question)
     crop = getattr(predictor, "crop", CROP)
     cases, total = _synthetic_cases(question.root, crop)
@@ -190,30 +176,28 @@ def _evaluate_synthetic(question: Question, report: Report) -> dict[str, Any]:
             "Synthetic scenes have one protocol, strict, and their own held-out scenes; "
             "leave out --protocol and --folds."
         )
-    records = [{"fold": 1, **r} for r in _judge_all(predictor, cases, "strict", report)]
+    records = list(_judge_all(predictor, cases, "strict", report))
     return _result(
         question,
         records,
         predictor,
-        {
-            "found": f"synthetic scenes in {question.root.name}: {len(records)} held-out scenes with good "
-            f"grasps in view, of {total}",
-            "images_in_full": total,
-            "object_ids": True,
-            "missing": [],
-            "folds": [],
-            "how": "scenes of the split 'val'",
-            "depth": "sensed",
-        },
+        found=f"synthetic scenes in {question.root.name}: {len(records)} held-out scenes with good "
+        f"grasps in view, of {total}",
+        images_in_full=total,
+        object_ids=True,
+        missing=[],
+        folds=[],
+        how="scenes of the split 'val'",
+        depth="sensed",
     )
 
 
 def _synthetic_cases(root: Path, crop: int) -> tuple[Iterator[Case], int]:
-    """Held-out scenes whose middle has a listed grasp, and how many were held out in all."""
+    """Return held-out scenes whose middle has a listed grasp, and how many were held out in all."""
     from grasp_bench.learning.training.augment import View, crop_scene
     from grasp_bench.learning.training.dataset import load_scene, read_index
 
-    entries = [e for e in read_index(root / "index.jsonl") if e["split"] == "val"]
+    entries = [e for e in read_index(root) if e["split"] == "val"]
 
     def cases() -> Iterator[Case]:
         for entry in entries:
@@ -227,114 +211,51 @@ def _synthetic_cases(root: Path, crop: int) -> tuple[Iterator[Case], int]:
     return cases(), len(entries)
 
 
-# ---------------------------------------------------------------- training for a fold
-
-
-def _train_fold(
-    question: Question, training: Training, collection: Collection, folds: Folds, fold: int
-) -> tuple[Path, dict[str, Any]]:
-    """Weights trained on all but one fold, and facts on the run; those of a finished run are kept."""
-    from grasp_bench.learning.training.config import TrainConfig
-    from grasp_bench.learning.training.loop import train
-    from grasp_bench.learning.training.sources import mixed_with_real
-    from grasp_bench.networks.weights import save
-
-    settings: TrainConfig = training.settings
-    out = training.out / f"fold-{fold + 1}-of-{len(folds.test)}"
-    scenes = mixed_with_real(training.synthetic, collection, folds.train(fold), training.real_share, CROP)
-    facts: dict[str, Any] = {
-        "steps": settings.steps,
-        "batch": settings.batch,
-        "lr": settings.lr,
-        "seed": settings.seed,
-        "begun_with": WeightsFile(training.init).described() if training.init else None,
-        "real_images": len(folds.train(fold)),
-        "real_share": training.real_share if training.synthetic else 1.0,
-        "synthetic": [f.name for f in training.synthetic],
-        "scenes": len(scenes.train),
-    }
-    config = settings.model_copy(update={"network": question.predictor, "init": facts["begun_with"]})
-    path = out / f"{question.predictor}.safetensors"
-    try:
-        trained = train(config, scenes, out, None, training.init)
-    except AssetError as error:  # of a run with other settings
-        raise AssetError(str(error).replace("--out", "--runs")) from error
-    save(
-        trained.network,
-        path,
-        {
-            "network": question.predictor,
-            "input": _input(config),
-            "trained": facts,
-            "left_out": [collection.entries[i].name for i in folds.test[fold]],
-        },
-    )
-    return path, facts
-
-
-def _input(config: Any) -> str:
-    return f"{input_kind(config.network, config.input)} {info(config.network).crop}"
-
-
 # ---------------------------------------------------------------- result
 
 
-def _result(
-    question: Question, records: list[dict[str, Any]], predictor: Any, facts: dict[str, Any]
-) -> dict[str, Any]:
+def _result(question: Question, records: list[Record], predictor: Any, **facts: Any) -> Evaluation:
     import torch
 
     if not records:
         raise GraspBenchError(f"{question.root} holds nothing that could be evaluated.")
-    counts = Counter(r["verdict"] for r in records)
-    times = [r["milliseconds"] for r in records]
-    return {
-        "format": FORMAT,
-        "kind": "evaluation",
-        "predictor": question.predictor,
-        "weights": weights_facts(predictor),
-        "dataset": question.dataset,
-        "split": question.split,
-        "protocol": question.protocol,
-        "conventions": CONVENTIONS[question.protocol],
-        "seed": question.seed,
+    counts = Counter(r.verdict for r in records)
+    times = [r.milliseconds for r in records]
+    return Evaluation(
+        predictor=question.predictor,
+        weights=weights_facts(predictor),
+        dataset=question.dataset,
+        split=question.split,
+        protocol=question.protocol,
+        conventions=CONVENTIONS[question.protocol],
+        seed=question.seed,
+        correct=counts["correct"],
+        images=len(records),
+        rate=counts["correct"] / len(records),
+        wilson95=wilson(counts["correct"], len(records)),
+        verdicts={v: counts[v] for v in get_args(Verdict)},
+        dropped_rectangles=sum(r.dropped for r in records),
+        latency_ms=Latency(
+            median=round(float(np.median(times)), 2),
+            p95=round(float(np.percentile(times, 95)), 2),
+            cpu_median=round(float(np.median([r.cpu_milliseconds for r in records])), 2),
+        ),
+        machine=Machine(
+            processor=cpu_name(),
+            threads=1,
+            precision="float32",
+            load=round(os.getloadavg()[0], 2),
+            torch=torch.__version__,
+            python=platform.python_version(),
+        ),
+        records=records,
         **facts,
-        "correct": counts["correct"],
-        "images": len(records),
-        "rate": counts["correct"] / len(records),
-        "wilson95": list(wilson(counts["correct"], len(records))),
-        "verdicts": {v: counts[v] for v in VERDICTS},
-        "dropped_rectangles": sum(r["dropped"] for r in records),
-        "latency_ms": {
-            "median": round(float(np.median(times)), 2),
-            "p95": round(float(np.percentile(times, 95)), 2),
-            "cpu_median": round(float(np.median([r["cpu_milliseconds"] for r in records])), 2),
-        },
-        "machine": {
-            "processor": processor(),
-            "threads": 1,
-            "precision": "float32",
-            "load": round(os.getloadavg()[0], 2),
-            "torch": torch.__version__,
-            "python": platform.python_version(),
-        },
-        "records": records,
-    }
+    )
 
 
-def weights_facts(predictor: Any) -> dict[str, Any] | None:
-    """What the weights of a network say of their training; None for anything else."""
+def weights_facts(predictor: Any) -> Weights | None:
+    """Return what the weights of a network say of their training; None for anything else."""
     metadata = getattr(predictor, "metadata", None)
     if not isinstance(metadata, dict):
         return None
-    kept = ("network", "parameters", "input", "steps", "seed", "begun_with", "data", "trained", "seconds")
-    return {k: metadata[k] for k in kept if k in metadata}
-
-
-def processor() -> str:
-    """Name of this machine's processor."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-        return next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        return platform.processor() or platform.machine()
+    return Weights.model_validate({k: metadata[k] for k in Weights.model_fields if k in metadata})

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.grasps import Grasp, GraspMaps, angle_difference, rectangle_iou, wrap_angle
+from grasp_bench.runs.evaluation import Verdict
 
 Floats = NDArray[np.float64]
-Verdict = Literal["correct", "wrong_angle", "elsewhere", "none"]
-VERDICTS: tuple[Verdict, ...] = ("correct", "wrong_angle", "elsewhere", "none")
 
 ANGLE = math.radians(30)
 IOU = 0.25
@@ -37,7 +35,7 @@ class Judged:
 
 
 def judge(grasp: Grasp | None, rectangles: Floats, *, rasterised: bool = False) -> Judged:
-    """Whether a grasp is within 30° of, and overlaps by more than 0.25 with, a labelled rectangle.
+    """Tell whether a grasp is within 30° of, and overlaps by more than 0.25 with, a labelled rectangle.
 
     The predicted rectangle is half as high as wide, as the lineage has it, since these networks
     predict no jaw size; labelled rectangles (N, 4, 2) keep theirs.
@@ -61,7 +59,7 @@ def judge(grasp: Grasp | None, rectangles: Floats, *, rasterised: bool = False) 
 
 
 def raster_iou(first: Floats, second: Floats) -> float:
-    """Intersection over union of two convex quadrilaterals (4, 2) in whole pixels."""
+    """Return the intersection over union of two convex quadrilaterals (4, 2) in whole pixels."""
     both = np.concatenate([first, second])
     low = np.floor(both.min(axis=0)) - 1
     width, height = (np.ceil(both.max(axis=0)) - low + 2).astype(int)
@@ -75,7 +73,7 @@ def raster_iou(first: Floats, second: Floats) -> float:
 
 
 def legacy_best(maps: GraspMaps, min_distance: int = 20, threshold: float = 0.2) -> Grasp | None:
-    """The lineage's best grasp: Gaussian filters of 2, 2 and 1 px on quality, *angle* and width.
+    """Find the lineage's best grasp: Gaussian filters of 2, 2 and 1 px on quality, *angle* and width.
 
     The angle is filtered as it is, which smears across the ±π/2 seam. Maxima within
     ``min_distance`` of the border or not above ``threshold`` do not count.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,8 @@ from grasp_bench.learning.data.framing import Frame, Framed, framed
 from grasp_bench.learning.data.rectangles import Collection, Sample
 from grasp_bench.learning.evaluation.metric import Judged, judge, legacy_best
 from grasp_bench.predictors.protocol import Predictor, PrivilegedPredictor, checked
+from grasp_bench.runs.evaluation import Protocol
 
-Protocol = Literal["strict", "legacy"]
 Floats = NDArray[np.float64]
 
 CONVENTIONS: dict[Protocol, dict[str, str]] = {
@@ -61,7 +61,7 @@ class Case:
 
 
 def make_case(collection: Collection, index: int, crop: int, protocol: Protocol, seed: int = 0) -> Case:
-    """The ``index``-th sample of a collection as the protocol shows it, ``crop`` px a side."""
+    """Show the ``index``-th sample of a collection as the protocol does, ``crop`` px a side."""
     entry = collection.entries[index]
     sample = collection.load(entry)
     if protocol == "strict":
@@ -92,7 +92,7 @@ def _legacy_view(sample: Sample, window: int, crop: int, rng: np.random.Generato
 
 
 def best_grasp(predictor: Any, case: Case, protocol: Protocol) -> tuple[Grasp | None, float, float]:
-    """The predictor's best grasp in pixels of the case, the seconds it took, and its processor seconds.
+    """Find the best grasp in pixels of the case, the seconds it took, and its processor seconds.
 
     Raises:
         GraspBenchError: when the predictor cannot be evaluated on images, or not by this protocol.
@@ -120,17 +120,17 @@ def best_grasp(predictor: Any, case: Case, protocol: Protocol) -> tuple[Grasp | 
 
 
 def _clocks() -> Floats:
-    """Seconds on the clock, and of this thread on a processor."""
+    """Read the seconds on the clock, and of this thread on a processor."""
     return np.array([time.perf_counter(), time.thread_time()])
 
 
 def as_image(case: Case) -> RgbdImage:
-    """The case as predictors get it; its camera is unknown, and taken to be one of 60° field of view."""
+    """Make of a case what predictors get; its camera is unknown, and taken to be one of 60° field of view."""
     h, w = case.depth.shape
     return RgbdImage(case.rgb, case.depth, Intrinsics.from_fov(w, h, np.radians(60.0)))
 
 
 def evaluate_case(predictor: Predictor, case: Case, protocol: Protocol) -> tuple[Judged, float, float]:
-    """Verdict on the best grasp, and the seconds and processor seconds that the prediction took."""
+    """Return the verdict on the best grasp, and the seconds and processor seconds that it took."""
     grasp, seconds, cpu = best_grasp(predictor, case, protocol)
     return judge(grasp, case.rectangles, rasterised=protocol == "legacy"), seconds, cpu

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.grasps import Grasp, GraspMaps, wrap_angle
-from grasp_bench.learning.training.dataset import DEPTH_UNIT, Scene
+from grasp_bench.learning.training.dataset import DEPTH_UNIT, Scene, unpacked
 
 Floats = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ class View:
     shift: tuple[float, float] = (0.0, 0.0)
 
     def matrix(self, size: int, crop: int) -> Floats:
-        """(2, 3) from pixels of the scene (size²) to pixels of the crop (crop²)."""
+        """Return the map (2, 3) from pixels of the scene (size²) to pixels of the crop (crop²)."""
         c, s = self.scale * math.cos(self.rotation), self.scale * math.sin(self.rotation)
         linear = np.array([[c, s], [-s, c]])
         if self.mirror:
@@ -45,11 +45,11 @@ class View:
         return np.column_stack([linear, offset])
 
     def angle(self, angle: NDArray | float) -> NDArray | float:
-        """Jaw angle(s) in the scene → in the crop, not wrapped."""
+        """Turn jaw angle(s) in the scene into those in the crop, not wrapped."""
         return self.rotation - angle if self.mirror else self.rotation + angle
 
     def grasp(self, grasp: Grasp, size: int, crop: int) -> Grasp:
-        """A grasp of the scene in pixels of the crop."""
+        """Turn a grasp of the scene into pixels of the crop."""
         x, y = self.matrix(size, crop) @ (grasp.x, grasp.y, 1.0)
         return Grasp(
             float(x),
@@ -61,7 +61,7 @@ class View:
 
 
 def random_view(rng: np.random.Generator) -> View:
-    """Any rotation, mirrored or not, scale 0.9 to 1.1, shift up to 24 px."""
+    """Draw any rotation, mirrored or not, scale 0.9 to 1.1, shift up to 24 px."""
     return View(
         rng.uniform(-math.pi, math.pi),
         bool(rng.integers(2)),
@@ -73,7 +73,7 @@ def random_view(rng: np.random.Generator) -> View:
 def crop_scene(
     scene: Scene, view: View, crop: int = 224
 ) -> tuple[NDArray[np.uint8], NDArray[np.float32], GraspMaps]:
-    """A view of a scene.
+    """Cut a view out of a scene.
 
     Magnifying by s is what a camera nearer by the factor s sees: the depth of the table is
     divided by s and heights above it stay, so that widths and heights keep their metres.
@@ -90,7 +90,7 @@ def crop_scene(
         return cv2.warpAffine(array, matrix, (crop, crop), flags=flags, borderMode=border)
 
     rgb = warp(scene.rgb, cv2.INTER_LINEAR, cv2.BORDER_REPLICATE)
-    depth = warp(scene.depth).astype(np.float32) * np.float32(DEPTH_UNIT)
+    depth = unpacked(warp(scene.depth))
     valid = depth > 0
     if view.scale != 1 and valid.any():
         nearer = np.median(depth[valid][::4]) * (1 - 1 / view.scale)
@@ -111,7 +111,7 @@ def crop_scene(
 
 
 def jitter_colour(rgb: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
-    """Random brightness (±25), contrast (0.7 to 1.3) and white balance (each channel ±10 %)."""
+    """Change brightness (±25), contrast (0.7 to 1.3) and white balance (each channel ±10 %) at random."""
     gain = rng.uniform(0.7, 1.3) * rng.uniform(0.9, 1.1, 3)
     offset = 128 * (1 - gain) + rng.uniform(-25, 25)
     table = np.clip(np.arange(256)[:, None] * gain + offset, 0, 255).astype(np.uint8)
@@ -119,6 +119,6 @@ def jitter_colour(rgb: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[n
 
 
 def jitter_depth(depth: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
-    """Random offset of up to 5 cm, holes left as they are."""
+    """Add a random offset of up to 5 cm; holes are left as they are."""
     offset = np.float32(rng.uniform(-0.05, 0.05))
     return np.where(depth > 0, np.maximum(depth + offset, np.float32(DEPTH_UNIT)), np.float32(0))

@@ -30,12 +30,12 @@ def _order(seed: int, epoch: int, count: int) -> NDArray[np.int64]:
 
 
 def scenes_of_step(seed: int, step: int, batch: int, count: int) -> list[int]:
-    """Indices of the scenes of a step; every scene comes once an epoch, in another order each."""
+    """Return the scenes of a step by index; every scene comes once an epoch, in another order each."""
     return [int(_order(seed, k // count, count)[k % count]) for k in range(step * batch, (step + 1) * batch)]
 
 
 def make_sample(scene: Scene, kind: Kind, crop: int, rng: np.random.Generator | None) -> Batch:
-    """Input (C, crop, crop) and target (4, crop, crop) of a scene, augmented if ``rng`` is given."""
+    """Make input (C, crop, crop) and target (4, crop, crop) of a scene, augmented if ``rng`` is given."""
     rgb, depth, labels = crop_scene(scene, random_view(rng) if rng else View(), crop)
     if rng:
         rgb, depth = jitter_colour(rgb, rng), jitter_depth(depth, rng)
@@ -43,7 +43,7 @@ def make_sample(scene: Scene, kind: Kind, crop: int, rng: np.random.Generator | 
 
 
 def make_batch(scenes: Sequence[Scene], config: TrainConfig, kind: Kind, crop: int, step: int) -> Batch:
-    """Inputs (B, C, crop, crop) and targets (B, 4, crop, crop) of a step."""
+    """Make inputs (B, C, crop, crop) and targets (B, 4, crop, crop) of a step."""
     if isinstance(scenes, Mixture) and scenes.shares is not None:
         chosen = [scenes.draw(np.random.default_rng([config.seed, 3, step, i])) for i in range(config.batch)]
     else:
@@ -64,7 +64,7 @@ def make_batch(scenes: Sequence[Scene], config: TrainConfig, kind: Kind, crop: i
 def batches(
     scenes: Sequence[Scene], config: TrainConfig, kind: Kind, crop: int, start: int
 ) -> Iterator[Batch]:
-    """Batches of steps ``start`` … ``config.steps`` − 1, two ahead for each thread."""
+    """Make the batches of steps ``start`` … ``config.steps`` − 1, two ahead for each thread."""
     with ThreadPoolExecutor(config.workers, thread_name_prefix="batch") as pool:
         waiting: deque = deque()
         following = iter(range(start, config.steps))

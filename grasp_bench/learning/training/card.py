@@ -3,40 +3,44 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Sequence
 from typing import Any
 
-from grasp_bench.learning.data.rectangles import open_collection
-from grasp_bench.learning.training.config import TrainConfig
-from grasp_bench.learning.training.dataset import SceneSet
-from grasp_bench.learning.training.loop import Trained
+from grasp_bench.learning.data.opening import open_collection
+from grasp_bench.learning.training.config import FREE_TO_CHANGE, TrainConfig
+from grasp_bench.learning.training.dataset import INDEX, SceneSet, is_generated
+from grasp_bench.learning.training.loop import Trained, shown
 from grasp_bench.learning.training.sources import Source
-from grasp_bench.networks.registry import info, input_kind, parameter_count
+from grasp_bench.networks.registry import info, parameter_count
 from grasp_bench.runs.statistics import wilson
+
+TOLD_ELSEWHERE = FREE_TO_CHANGE | {"network", "input", "init", "steps", "seed"}
+"""Settings that the card has at other places, or that change no weights."""
 
 
 def provenance(
     trained: Trained, config: TrainConfig, scenes: SceneSet, data: Sequence[Source]
 ) -> dict[str, Any]:
-    """JSON-able facts on a run."""
+    """Return JSON-able facts on a run."""
     accuracy = trained.accuracy
     return {
         "network": config.network,
         "reference": info(config.network).reference,
         "parameters": parameter_count(trained.network),
-        "input": f"{input_kind(config.network, config.input)} {info(config.network).crop}",
+        "input": shown(config),
         "begun_with": config.init,
         "steps": config.steps,
         "seed": config.seed,
         "config": config.model_dump(),
         "data": {
             "folders": [s.folder.name for s in data],
-            "real": [s.folder.name for s in data if is_real(s)],
+            "real": [s.folder.name for s in data if not is_generated(s.folder)],
             "fingerprint": scenes.fingerprint,
             "train": len(scenes.train),
             "val": len(scenes.val),
         },
-        "commands": "\n".join([*(_made(s) for s in data), _trained(config, data)]),
+        "commands": "\n".join([*map(_made, data), *_begun_with(config), training_command(config, data)]),
         "accuracy": {
             "top1": [accuracy.hits, accuracy.scenes],
             "rectangle": [accuracy.correct, accuracy.labelled],
@@ -44,19 +48,21 @@ def provenance(
     }
 
 
-def is_real(source: Source) -> bool:
-    """Whether a folder is a copy of Cornell or Jacquard, and not of generated scenes."""
-    return not (source.folder / "index.jsonl").is_file()
+def _begun_with(config: TrainConfig) -> list[str]:
+    if config.init is None:
+        return []
+    name, _, digest = config.init.rpartition(" ")
+    return [f"# {name}: the weights whose SHA-256 begins with {digest}"]
 
 
 def _made(source: Source) -> str:
-    """The command that makes a data set, as far as the folder tells."""
+    """Return the command that makes a data set, as far as the folder tells."""
     folder = source.folder
-    if is_real(source):
+    if not is_generated(folder):
         return f"# {folder.name}: a copy of {open_collection(folder).describe().split(' in ')[0]}"
     try:
         made = json.loads((folder / "config.json").read_text())
-        scenes = len((folder / "index.jsonl").read_text().splitlines())
+        scenes = len((folder / INDEX).read_text().splitlines())
         return (
             f"grasp-bench data synth --scenes {scenes} --seed {made['seed']} "
             f"--tries {made['config']['tries']} --out {folder.name}"
@@ -65,51 +71,23 @@ def _made(source: Source) -> str:
         return f"# {folder.name}: not made by `grasp-bench data synth`"
 
 
-def _trained(config: TrainConfig, data: Sequence[Source]) -> str:
-    """The command of the training, without what is as by default."""
-    usual = TrainConfig(network=config.network).model_dump()
-    options = [
-        f"--{k.replace('_', '-')} {v}"
-        for k, v in config.model_dump().items()
-        if v != usual[k]
-        and k
-        in (
-            "steps",
-            "batch",
-            "lr",
-            "seed",
-            "warmup",
-            "geometry_weight",
-            "positive_weight",
-            "ema",
-            "precision",
-            "input",
-        )
-    ]
-    folders = " ".join(f"--data {s.folder.name}" + (f":{s.weight:g}" if s.weight else "") for s in data)
-    return (
-        f"grasp-bench train --predictor {config.network} {folders} {' '.join(options)} "
-        f"--out runs/{config.network}"
-    )
+def training_command(config: TrainConfig, data: Sequence[Source]) -> str:
+    """Return the command that repeats a training; data and first weights are named as in their folders."""
+    network, options = config.arguments()[:2], config.arguments()[2:]
+    folders = [word for s in data for word in ("--data", s.folder.name + _share(s))]
+    words = ["grasp-bench", "train", *network, *folders, *options, "--out", f"runs/{config.network}"]
+    return shlex.join(words)
+
+
+def _share(source: Source) -> str:
+    return "" if source.weight is None else f":{source.weight!r}".removesuffix(".0")
 
 
 def model_card(facts: dict[str, Any]) -> str:
-    """Markdown page on weights, made of their metadata."""
+    """Return a Markdown page on weights, made of their metadata."""
     config, data = facts["config"], facts["data"]
-    settings = ", ".join(
-        f"{k} {config[k]}"
-        for k in (
-            "batch",
-            "lr",
-            "warmup",
-            "cosine",
-            "masked",
-            "geometry_weight",
-            "positive_weight",
-            "ema",
-            "augment",
-        )
-    )
+    told = [k for k in TrainConfig.model_fields if k not in TOLD_ELSEWHERE and config.get(k) is not None]
+    settings = ", ".join(f"{k} {config[k]}" for k in told)
     return f"""# {facts["network"]}
 
 Weights for `grasp-bench`, network `{facts["network"]}` with {facts["parameters"]:,} parameters, input

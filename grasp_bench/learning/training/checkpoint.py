@@ -11,7 +11,7 @@ from safetensors.torch import save as to_bytes
 from torch import Tensor, nn
 
 from grasp_bench.errors import AssetError
-from grasp_bench.learning.training.config import FREE_TO_CHANGE, TrainConfig
+from grasp_bench.learning.training.config import NOT_COMPARED, TrainConfig
 from grasp_bench.system.integrity import write_whole
 
 _MOMENTS = ("exp_avg", "exp_avg_sq")
@@ -26,7 +26,7 @@ def save_checkpoint(
     config: TrainConfig,
     data: str,
 ) -> None:
-    """Writes one safetensors file, at once or not at all: a kill leaves the last one whole.
+    """Write one safetensors file, at once or not at all: a kill leaves the last one whole.
 
     Args:
         path: file to write or replace.
@@ -53,7 +53,7 @@ def load_checkpoint(
     config: TrainConfig,
     data: str,
 ) -> int:
-    """Restores a run in place and returns the number of steps done.
+    """Restore a run in place and return the number of steps done.
 
     Raises:
         AssetError: the file is truncated, or of a run with other settings or scenes.
@@ -71,7 +71,7 @@ def load_checkpoint(
     changed = [
         f"{k} was {then.get(k)!r}, is {v!r}"
         for k, v in now.items()
-        if k not in FREE_TO_CHANGE and then.get(k) != v
+        if k not in NOT_COMPARED and then.get(k) != v
     ]
     if scenes != data:
         changed.append("the scenes were others")

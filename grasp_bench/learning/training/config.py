@@ -1,50 +1,136 @@
-"""What a training run depends on."""
+"""The settings of a training run, each with its option of ``grasp-bench train``.
+
+A setting is defined in :class:`TrainConfig` and nowhere else: the command makes its options of the fields,
+and :meth:`TrainConfig.arguments` writes those options that make the settings again.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import Literal
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from grasp_bench.runs.evaluation import Split
+
 FREE_TO_CHANGE = frozenset({"workers", "threads", "checkpoint_every", "validate_every", "log_every"})
 """Fields that a resumed run may have otherwise than the run it continues."""
+NOT_COMPARED = FREE_TO_CHANGE | {"holdout", "split"}
+"""Fields that a checkpoint need not have alike. Which images are left out is told by the scenes' fingerprint,
+and older checkpoints do not list it."""
+
+
+@dataclass(frozen=True)
+class Option:
+    """How a setting is typed, where that does not follow from the field's name.
+
+    Attributes:
+        names: of the option, such as ``--predictor``; of a switch ``--on/--off``.
+        off: whether it is a switch that turns the setting off and has no counterpart.
+    """
+
+    names: str
+    off: bool = False
 
 
 class TrainConfig(BaseModel):
     """Settings of one run; the defaults are those that learnt fastest in our tests.
 
-    The paper trains with AdamW at a constant 1e-4, unmasked loss, batch 32, 20 000 steps
-    (section 4.1): ``lr=1e-4, warmup=0, cosine=False, clip=0, masked=False, batch=32``.
+    The paper trains with AdamW at a constant 1e-4, unmasked loss, batch 32, 20 000 steps (section 4.1):
+    ``--steps 20000 --batch 32 --lr 1e-4 --warmup 0 --constant-lr --clip 0 --unmasked``.
+
+    The description of a field is the help of its option. ``init`` is typed as a file, but kept as the name
+    and the SHA-256 of the weights in it.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    network: str = "htc-grasp"
-    input: Literal["rgbd", "rgb", "depth"] | None = Field(default=None, description="None = as published")
-    init: str | None = Field(default=None, description="weights begun with, name and SHA-256; None = fresh")
-    steps: int = Field(default=5000, ge=1)
-    batch: int = Field(default=16, ge=1)
-    seed: int = Field(default=0, ge=0)
-    lr: float = Field(default=1e-3, gt=0)
-    weight_decay: float = Field(default=0.01, ge=0)
-    warmup: int = Field(default=50, ge=0, description="steps of linear warm-up")
-    cosine: bool = Field(default=True, description="cosine decay to 0 after the warm-up; else constant")
-    clip: float = Field(default=5.0, ge=0, description="largest gradient norm; 0 = no clipping")
-    masked: bool = Field(default=True, description="angle and width errors only where there is a grasp")
-    geometry_weight: float = Field(default=0.1, gt=0)
-    positive_weight: float = Field(default=0.0, ge=0)
-    augment: bool = True
-    ema: float = Field(default=0.0, ge=0, lt=1, description="decay of the averaged weights; 0 = none")
-    precision: Literal["auto", "fp32", "bf16"] = "auto"
-    workers: int = Field(default=1, ge=1, description="threads that prepare batches")
-    threads: int = Field(default=0, ge=0, description="threads of the network; 0 = all cores but one")
-    checkpoint_every: int = Field(default=500, ge=1)
-    validate_every: int = Field(default=500, ge=1)
-    log_every: int = Field(default=20, ge=1)
+    network: Annotated[str, Option("--predictor")] = Field(
+        default="htc-grasp",
+        description="Network to train: htc-grasp, gr-convnet, gg-cnn, tf-grasp …; a wrong name lists all.",
+    )
+    steps: int = Field(default=5000, ge=1, description="Optimiser steps in all.")
+    batch: int = Field(default=16, ge=1, description="Scenes a step.")
+    lr: float = Field(default=1e-3, gt=0, description="Highest learning rate (warm-up, then cosine to 0).")
+    seed: int = Field(default=0, ge=0, description="Seed of weights, order and augmentation.")
+    warmup: int = Field(default=50, ge=0, description="Steps of linear warm-up.")
+    cosine: Annotated[bool, Option("--constant-lr", off=True)] = Field(
+        default=True, description="Keep the learning rate after the warm-up, as the paper does."
+    )
+    weight_decay: float = Field(default=0.01, ge=0, description="Weight decay of AdamW.")
+    clip: float = Field(default=5.0, ge=0, description="Largest norm of the gradient; 0 = no clipping.")
+    masked: Annotated[bool, Option("--masked/--unmasked")] = Field(
+        default=True,
+        description="Angle and width errors only where there is a grasp; unmasked is the paper's equation 7.",
+    )
+    geometry_weight: float = Field(
+        default=0.1, gt=0, description="Weight of the masked angle and width errors."
+    )
+    positive_weight: float = Field(
+        default=0.0, ge=0, description="Extra weight of quality errors where there is a grasp."
+    )
+    ema: float = Field(default=0.0, ge=0, lt=1, description="Decay of averaged weights, e.g. 0.999; 0 = off.")
+    augment: bool = Field(default=True, description="Random rotation, mirror, scale, shift and colour.")
+    precision: Literal["auto", "fp32", "bf16"] = Field(
+        default="auto", description="fp32, bf16, or auto: bf16 where the processor or GPU multiplies in it."
+    )
+    workers: int = Field(default=1, ge=1, description="Threads that prepare batches.")
+    threads: int = Field(
+        default=0,
+        ge=0,
+        description="Threads of the network; 0 = all cores but one. Use 1 where others share the machine.",
+    )
+    checkpoint_every: int = Field(default=500, ge=1, description="Steps between checkpoints.")
+    validate_every: int = Field(default=500, ge=1, description="Steps between validations.")
+    log_every: int = Field(default=20, ge=1, description="Steps between lines of the log.")
+    init: str | None = Field(
+        default=None,
+        description="Weights to begin with: a .safetensors file, or 'shipped' for the installed ones.",
+    )
+    input: Literal["rgbd", "rgb", "depth"] | None = Field(
+        default=None, description="What the network is shown, where it was published with several."
+    )
+    holdout: str | None = Field(
+        default=None,
+        description="FOLD/FOLDS of the real images to leave out, e.g. 2/5; they are validated on only.",
+    )
+    split: Split = Field(
+        default="object", description="How --holdout parts images: at random, or by objects."
+    )
+
+    @classmethod
+    def option(cls, name: str) -> Option:
+        """Return the option of the field ``name``."""
+        field, dashed = cls.model_fields[name], name.replace("_", "-")
+        usual = Option(f"--{dashed}/--no-{dashed}" if field.annotation is bool else f"--{dashed}")
+        return next((m for m in field.metadata if isinstance(m, Option)), usual)
+
+    @classmethod
+    def from_options(cls, typed: Mapping[str, Any]) -> Self:
+        """Return the settings that options give; pydantic's ValidationError when one is out of its range.
+
+        Args:
+            typed: value of each option, by the name of its field.
+        """
+        return cls.model_validate({k: not v if cls.option(k).off else v for k, v in typed.items()})
+
+    def arguments(self) -> list[str]:
+        """Return the words that make these settings again: the network, and what is not as by default."""
+        words: list[str] = []
+        for name, field in type(self).model_fields.items():
+            value, names = getattr(self, name), self.option(name).names
+            if value == field.default and name != "network":
+                continue
+            if isinstance(value, bool):
+                words.append(names.split("/")[0 if value else -1])
+            else:
+                words += [names, value.rpartition(" ")[0] or value if name == "init" else str(value)]
+        return words
 
     def learning_rate(self, step: int) -> float:
-        """Rate at ``step`` (from 0)."""
+        """Return the rate at ``step`` (from 0)."""
         if step < self.warmup:
             return self.lr * (step + 1) / self.warmup
         if not self.cosine:

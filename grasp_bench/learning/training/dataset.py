@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from grasp_bench.errors import AssetError
 from grasp_bench.grasps import Grasp, wrap_angle
 
+INDEX = "index.jsonl"
 DEPTH_UNIT = 1e-4
 """Metres per step of the stored depth."""
 
@@ -38,6 +39,16 @@ _ARRAYS = {
     "width": np.float16,
     "grasps": np.float32,
 }
+
+
+def packed(depth: NDArray[np.floating]) -> NDArray[np.uint16]:
+    """Turn metres into steps of :data:`DEPTH_UNIT`."""
+    return np.clip(np.rint(depth / DEPTH_UNIT), 0, 65535).astype(np.uint16)
+
+
+def unpacked(depth: NDArray[np.uint16]) -> NDArray[np.float32]:
+    """Turn steps of :data:`DEPTH_UNIT` into metres."""
+    return depth.astype(np.float32) * np.float32(DEPTH_UNIT)
 
 
 @dataclass(frozen=True)
@@ -58,7 +69,7 @@ class Scene:
         return self.depth.shape[0]
 
     def truths(self) -> list[Grasp]:
-        """The good grasps, in pixels of the scene."""
+        """Return the good grasps, in pixels of the scene."""
         return [
             Grasp(float(x), float(y), wrap_angle(float(a)), float(w), float(q))
             for x, y, a, w, q in self.grasps
@@ -80,7 +91,7 @@ class SceneSet:
 
 
 def load_scenes(folders: Iterable[Path], crop: int = 224) -> SceneSet:
-    """Reads all scenes of some folders into memory (0.9 MB a scene of 320 px).
+    """Read all scenes of some folders into memory (0.9 MB a scene of 320 px).
 
     Raises:
         AssetError: naming the file, when one is missing, truncated or not as described above.
@@ -88,7 +99,7 @@ def load_scenes(folders: Iterable[Path], crop: int = 224) -> SceneSet:
     split: dict[str, list[Scene]] = {"train": [], "val": []}
     digest = hashlib.sha256()
     for folder in map(Path, folders):
-        for entry in read_index(folder / "index.jsonl"):
+        for entry in read_index(folder):
             split[entry["split"]].append(load_scene(folder / entry["file"], crop))
             digest.update(f"{entry['file']} {entry['split']}\n".encode())
     if not split["train"]:
@@ -97,7 +108,7 @@ def load_scenes(folders: Iterable[Path], crop: int = 224) -> SceneSet:
 
 
 def load_scene(path: Path, crop: int = 0) -> Scene:
-    """One npz; AssetError when it is not what it should be or smaller than ``crop``."""
+    """Read one npz; AssetError when it is not what it should be or smaller than ``crop``."""
     if not path.is_file():
         raise AssetError(f"Scene {path} is missing though its index lists it; generate the data again.")
     try:
@@ -130,8 +141,14 @@ def _check(path: Path, arrays: dict[str, NDArray], crop: int) -> None:
         )
 
 
-def read_index(path: Path) -> list[dict[str, str]]:
-    """Entries of an index; AssetError names the line that is damaged."""
+def is_generated(folder: Path) -> bool:
+    """Tell whether a folder holds generated scenes, and is no copy of Cornell or Jacquard."""
+    return (folder / INDEX).is_file()
+
+
+def read_index(folder: Path) -> list[dict[str, str]]:
+    """Read the entries of a folder's index; AssetError names the line that is damaged."""
+    path = folder / INDEX
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:

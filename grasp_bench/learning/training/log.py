@@ -27,7 +27,7 @@ class RunLog:
         self._board = SummaryWriter(str(folder / "tensorboard"), purge_step=step)
 
     def write(self, step: int, **values: float | int | str) -> None:
-        """One line; numbers go to TensorBoard too."""
+        """Write one line; numbers go to TensorBoard too."""
         self._file.write(json.dumps({"step": step, **values}) + "\n")
         self._file.flush()
         if self._board is not None:
@@ -36,14 +36,14 @@ class RunLog:
                     self._board.add_scalar(name, value, step)
 
     def close(self) -> None:
-        """Closes the files."""
+        """Close the files."""
         self._file.close()
         if self._board is not None:
             self._board.close()
 
 
 def training_seconds(path: Path, batch: int) -> float | None:
-    """About how long a run took, interruptions left out, from its log; None without one.
+    """Tell about how long a run took, interruptions left out, from its log; None without one.
 
     Args:
         path: ``log.jsonl``.

@@ -56,7 +56,7 @@ class Trained:
 def train(
     config: TrainConfig, scenes: SceneSet, out: Path, report: Report | None = None, init: Path | None = None
 ) -> Trained:
-    """Trains a network, going on from the checkpoint in ``out`` if there is one.
+    """Train a network, going on from the checkpoint in ``out`` if there is one.
 
     Args:
         config: settings.
@@ -138,8 +138,13 @@ def train(
     return _finish(final, accuracy, scenes, kind, crop)
 
 
+def shown(config: TrainConfig) -> str:
+    """Return kind and side [px] of the network's input, as in the metadata of weights."""
+    return f"{input_kind(config.network, config.input)} {info(config.network).crop}"
+
+
 def _begin(name: str, kind: Kind, init: Path) -> nn.Module:
-    """Network with the weights of ``init``; AssetError when they are for another input."""
+    """Load the weights of ``init``; AssetError when they are for another input."""
     network, metadata = load(name, init)
     stored = input_kind(name, stored_input(metadata))
     if stored != kind:
@@ -190,7 +195,7 @@ def _update_average(average: nn.Module, network: nn.Module, decay: float) -> Non
 
 
 def use_bf16(config: TrainConfig, device: torch.device) -> bool:
-    """Whether to compute in bfloat16: as configured, or where the hardware multiplies in it."""
+    """Tell whether to compute in bfloat16: as configured, or where the hardware multiplies in it."""
     if config.precision != "auto":
         return config.precision == "bf16"
     if device.type == "cuda":

@@ -14,7 +14,7 @@ def grasp_loss(
     geometry_weight: float = 0.1,
     positive_weight: float = 0.0,
 ) -> dict[str, Tensor]:
-    """Smooth L1 (equation 8) over the four maps (equation 7).
+    """Compute the smooth L1 loss (equation 8) over the four maps (equation 7).
 
     Unmasked, the paper's sum of four means over all pixels: a network is then asked for
     sin 2θ = cos 2θ = width = 0 wherever there is nothing to grasp, 97 % of the image.

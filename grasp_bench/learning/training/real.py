@@ -15,7 +15,7 @@ import numpy as np
 from grasp_bench.grasps import GraspMaps
 from grasp_bench.learning.data.framing import Frame, framed
 from grasp_bench.learning.data.rectangles import Collection, Sample
-from grasp_bench.learning.training.dataset import DEPTH_UNIT, Scene
+from grasp_bench.learning.training.dataset import Scene, packed
 
 MARGIN = 4 / 3
 """Side of a scene over side of the network's input."""
@@ -24,7 +24,7 @@ KEPT = 1500
 
 
 def scene_from_sample(sample: Sample, window: int, crop: int) -> Scene:
-    """Scene of the middle of a sample, ``window`` px becoming ``crop`` px."""
+    """Make a scene of the middle of a sample, ``window`` px becoming ``crop`` px."""
     side = round(crop * MARGIN)
     seen = framed(sample, Frame.middle(sample.depth.shape, window, crop, side), crop)
     maps = GraspMaps.from_rectangles(seen.rectangles, (side, side))
@@ -32,11 +32,10 @@ def scene_from_sample(sample: Sample, window: int, crop: int) -> Scene:
     centre = seen.rectangles.mean(axis=1)
     angle = np.arctan2(-along[:, 1], along[:, 0])
     grasps = np.column_stack([centre, angle, np.hypot(*along.T), np.ones(len(along))])
-    depth = np.clip(np.rint(seen.depth / DEPTH_UNIT), 0, 65535).astype(np.uint16)
     return Scene(
         sample.name,
         seen.rgb,
-        depth,
+        packed(seen.depth),
         np.rint(255 * maps.quality).astype(np.uint8),
         maps.angle.astype(np.float16),
         maps.width.astype(np.float16),

@@ -12,10 +12,19 @@ from pathlib import Path
 import numpy as np
 
 from grasp_bench.errors import GraspBenchError
-from grasp_bench.learning.data.folds import Split, make_folds
-from grasp_bench.learning.data.rectangles import Collection, open_collection
-from grasp_bench.learning.training.dataset import Scene, SceneSet, load_scene, load_scenes, read_index
+from grasp_bench.learning.data.folds import make_folds
+from grasp_bench.learning.data.opening import open_collection
+from grasp_bench.learning.data.rectangles import Collection
+from grasp_bench.learning.training.dataset import (
+    Scene,
+    SceneSet,
+    is_generated,
+    load_scene,
+    load_scenes,
+    read_index,
+)
 from grasp_bench.learning.training.real import RealScenes
+from grasp_bench.runs.evaluation import Split
 
 
 @dataclass(frozen=True)
@@ -33,7 +42,7 @@ class Source:
 
     @classmethod
     def parse(cls, text: str) -> Source:
-        """``DIR`` or ``DIR:WEIGHT``; GraspBenchError when the weight is no positive number."""
+        """Read ``DIR`` or ``DIR:WEIGHT``; GraspBenchError when the weight is no positive number."""
         folder, colon, weight = text.rpartition(":")
         if not colon or Path(text).exists():
             return cls(Path(text))
@@ -67,7 +76,7 @@ class Mixture(Sequence[Scene]):
             self.shares = [s / sum(present) for s in accumulate(present)]
 
     def draw(self, rng: np.random.Generator) -> int:
-        """Index of a scene: of a part drawn by the shares, any of its scenes."""
+        """Draw the index of a scene: of a part drawn by the shares, any of its scenes."""
         assert self.shares is not None
         part = min(bisect_right(self.shares, rng.random()), len(self.ends) - 1)
         return int(rng.integers(self.ends[part - 1] if part else 0, self.ends[part]))
@@ -88,8 +97,7 @@ class StoredScenes(Sequence[Scene]):
     often, quick to draw a few from."""
 
     def __init__(self, folder: Path, crop: int) -> None:
-        index = read_index(folder / "index.jsonl")
-        self._files = [folder / e["file"] for e in index if e["split"] == "train"]
+        self._files = [folder / e["file"] for e in read_index(folder) if e["split"] == "train"]
         self._crop = crop
 
     def __len__(self) -> int:
@@ -102,7 +110,7 @@ class StoredScenes(Sequence[Scene]):
 def mixed_with_real(
     synthetic: Sequence[Path], collection: Collection, indices: Sequence[int], real_share: float, crop: int
 ) -> SceneSet:
-    """Some samples of a collection and synthetic scenes, of which ``1 - real_share`` is drawn.
+    """Mix some samples of a collection with synthetic scenes, of which ``1 - real_share`` is drawn.
 
     Nothing is validated on. Raises GraspBenchError unless 0 < ``real_share`` < 1 where there are
     synthetic folders.
@@ -125,7 +133,7 @@ def gather(
     split: Split = "object",
     seed: int = 0,
 ) -> SceneSet:
-    """Scenes of all folders.
+    """Gather the scenes of all folders.
 
     Args:
         sources: folders.
@@ -140,7 +148,7 @@ def gather(
     """
     if len({s.weight is None for s in sources}) > 1:
         raise GraspBenchError("Give either all --data folders a weight (DIR:WEIGHT) or none.")
-    if all((s.folder / "index.jsonl").is_file() or not s.folder.is_dir() for s in sources):
+    if all(is_generated(s.folder) or not s.folder.is_dir() for s in sources):
         if holdout is not None:
             raise GraspBenchError(
                 "--holdout leaves out real images, but no Cornell or Jacquard folder is among the data."
@@ -151,7 +159,7 @@ def gather(
     val: list[Sequence[Scene]] = []
     digest = hashlib.sha256(f"{holdout} {split} {seed}".encode())
     for source in sources:
-        if (source.folder / "index.jsonl").is_file():
+        if is_generated(source.folder):
             scenes = load_scenes([source.folder], crop)
             train.append(scenes.train)
             val.append(scenes.val)

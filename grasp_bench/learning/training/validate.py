@@ -44,7 +44,7 @@ def is_hit(
     angle: float = math.radians(20),
     width: float = 0.8,
 ) -> bool:
-    """Whether a grasp agrees with the label at its pixel.
+    """Tell whether a grasp agrees with the label at its pixel.
 
     The best label of the 3×3 neighbourhood must have at least ``quality``; the grasp must lie
     within ``angle`` [rad] of it and open at least ``width`` times as wide.
@@ -64,7 +64,7 @@ def is_hit(
 
 @torch.inference_mode()
 def validate(network: nn.Module, scenes: Sequence[Scene], kind: Kind, crop: int = 224) -> Accuracy:
-    """Best grasp of the centre crop of each scene, without augmentation, against its labels."""
+    """Judge the best grasp of the centre crop of each scene, without augmentation, by its labels."""
     was_training = network.training
     network.eval()
     device = next(network.parameters()).device

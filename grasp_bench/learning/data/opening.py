@@ -1,0 +1,42 @@
+"""Copies of Cornell and Jacquard, told apart by their files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from grasp_bench.errors import AssetError
+from grasp_bench.learning.data.cornell import Cornell
+from grasp_bench.learning.data.jacquard import Jacquard
+from grasp_bench.learning.data.rectangles import Collection
+from grasp_bench.runs.evaluation import DatasetName
+
+
+def open_collection(root: Path, name: DatasetName | None = None, depth: str = "perfect") -> Collection:
+    """Find the Cornell or Jacquard copy in ``root``; which of them is told by its files unless named.
+
+    Args:
+        root: folder of a full copy or a part; images may lie in folders below.
+        name: data set that must be there.
+        depth: of Jacquard: 'perfect' (rendered) or 'stereo' (with a simulated sensor's errors).
+
+    Raises:
+        AssetError: when there is no complete sample.
+    """
+    root = Path(root)
+    if not root.is_dir():
+        raise AssetError(f"{root} is not a folder; give the root of a Cornell or Jacquard copy.")
+    makers = {"cornell": lambda: Cornell.open(root), "jacquard": lambda: Jacquard.open(root, depth)}
+    for key in (name,) if name else makers:
+        found: Collection = makers[key]()
+        if found.entries:
+            return found
+        if found.missing:
+            raise AssetError(
+                f"No sample in {root} is complete: {', '.join(found.missing[:5])} "
+                f"{'is' if len(found.missing) == 1 else 'are'} missing."
+            )
+    wanted = {"cornell": "Cornell (pcdNNNNcpos.txt)", "jacquard": "Jacquard (…_grasps.txt)"}
+    raise AssetError(
+        f"{root} holds no {wanted[name] if name else ' and no '.join(wanted.values())} files; "
+        f"give the root of a copy in its original layout."
+    )

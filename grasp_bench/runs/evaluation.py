@@ -1,0 +1,236 @@
+"""Results of ``grasp-bench evaluate``: how often a predictor's best grasp is right on labelled images."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, Literal, Self
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    JsonValue,
+    SerializerFunctionWrapHandler,
+    ValidationError,
+    model_serializer,
+)
+
+from grasp_bench.errors import ResultsError
+from grasp_bench.system.integrity import write_whole
+
+Split = Literal["image", "object"]
+Protocol = Literal["strict", "legacy"]
+DatasetName = Literal["cornell", "jacquard"]
+AnyDataset = Literal[DatasetName, "synthetic"]
+Verdict = Literal["correct", "wrong_angle", "elsewhere", "none"]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="allow")
+
+
+class _Said(_Part):
+    """Facts of which any may be missing; those that are missing are not written."""
+
+    @model_serializer(mode="wrap")
+    def _without_missing(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return {k: v for k, v in write(self).items() if k in self.model_fields_set}
+
+
+class WeightsData(_Said):
+    """Data that weights were trained on.
+
+    Attributes:
+        fingerprint: of the scenes.
+        folders, real: names of all folders, and of those with real images.
+        train, val: counts of scenes.
+    """
+
+    fingerprint: str | None = None
+    folders: list[str] = []
+    real: list[str] = []
+    train: int | None = None
+    val: int | None = None
+
+
+class Weights(_Said):
+    """What a network's weights say of their training.
+
+    Attributes:
+        network: its name.
+        parameters: how many it has.
+        input: kind and side [px], such as ``rgbd 224``.
+        steps, seed, begun_with, data, seconds: of a training by ``grasp-bench train``.
+        trained: of a training for one fold, as :class:`FoldTraining`.
+    """
+
+    network: str | None = None
+    parameters: int | None = None
+    input: str | None = None
+    steps: int | None = None
+    seed: int | None = None
+    begun_with: str | None = None
+    data: WeightsData | None = None
+    trained: dict[str, JsonValue] | None = None
+    seconds: int | float | None = None
+
+    @property
+    def saw_real_images(self) -> bool:
+        """Whether images of Cornell or Jacquard were among the data."""
+        return self.trained is not None or bool(self.data and self.data.real)
+
+
+class FoldTraining(_Part):
+    """A training for one fold, on the images of the others.
+
+    Attributes:
+        steps, batch, lr, seed: settings.
+        begun_with: name and SHA-256 of the first weights; None for random ones.
+        real_images: images of the other folds.
+        real_share: their share of what was seen.
+        synthetic: names of the folders of generated scenes mixed in.
+        scenes: images and generated scenes in all.
+    """
+
+    steps: int
+    batch: int
+    lr: float
+    seed: int
+    begun_with: str | None
+    real_images: int
+    real_share: float
+    synthetic: list[str]
+    scenes: int
+
+
+class Fold(_Part):
+    """One test set: its number from 1, how many images are right of how many, and the training for it."""
+
+    fold: int
+    correct: int
+    images: int
+    trained: FoldTraining | None
+
+
+class Latency(_Part):
+    """Milliseconds from image to grasps: median and 95th percentile on the clock, median on the processor."""
+
+    median: float
+    p95: float
+    cpu_median: float
+
+
+class Machine(_Part):
+    """What was computed on: processor, threads, precision, load when it ended, and versions."""
+
+    processor: str
+    threads: int
+    precision: str
+    load: float
+    torch: str
+    python: str
+
+
+class Record(_Part):
+    """One image.
+
+    Attributes:
+        fold: test set that it is in, from 1.
+        image, object: names; None for an object that is not known.
+        verdict: see :class:`grasp_bench.learning.evaluation.metric.Judged`.
+        iou: largest overlap with a label of like angle.
+        milliseconds, cpu_milliseconds: from image to grasps, on the clock and on the processor.
+        labels, dropped: rectangles that count, and those left out for NaN or no area.
+    """
+
+    fold: int
+    image: str
+    object: str | None
+    verdict: Verdict
+    iou: float
+    milliseconds: float
+    cpu_milliseconds: float
+    labels: int
+    dropped: int
+
+
+class Evaluation(_Part):
+    """A result, as its JSON file has it.
+
+    Attributes:
+        predictor: name or Python path.
+        weights: what a network's weights say; None for anything else.
+        dataset, split, protocol, seed: what was asked, see
+            :class:`grasp_bench.learning.evaluation.evaluate.Question`.
+        conventions: of the protocol, by name.
+        found: a sentence on the copy of the data set.
+        images_in_full: images of the whole data set.
+        object_ids: whether the copy says what each image shows.
+        missing: files without which images were left out.
+        folds: test sets, in order.
+        how: how they were made.
+        depth: which depth images; None where there is one kind.
+        correct, images, rate, wilson95: best grasps that are right, of how many, with 95 % interval.
+        verdicts: how many images of each.
+        dropped_rectangles: labels left out for NaN or no area.
+        latency_ms, machine: times, and on what.
+        records: one an image.
+    """
+
+    format: Literal[1] = 1
+    kind: Literal["evaluation"] = "evaluation"
+    predictor: str
+    weights: Weights | None
+    dataset: AnyDataset
+    split: Split
+    protocol: Protocol
+    conventions: dict[str, str]
+    seed: int
+    found: str
+    images_in_full: int
+    object_ids: bool
+    missing: list[str]
+    folds: list[Fold]
+    how: str
+    depth: str | None
+    correct: int
+    images: int
+    rate: float
+    wilson95: tuple[float, float]
+    verdicts: dict[Verdict, int]
+    dropped_rectangles: int
+    latency_ms: Latency
+    machine: Machine
+    records: list[Record]
+
+    @property
+    def trained(self) -> FoldTraining | None:
+        """The training for the first fold that has one; those of the others are alike."""
+        return next((f.trained for f in self.folds if f.trained), None)
+
+    @classmethod
+    def read(cls, path: Path) -> Self:
+        """Read a file; ResultsError names one that is no such result."""
+        try:
+            found = json.loads(path.read_text(encoding="utf-8"))
+            if found["kind"] != "evaluation" or found["format"] != 1:
+                raise ValueError(f"kind {found['kind']!r}, format {found['format']!r}")
+            return cls.model_validate(found)
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            reason: object = error
+            if isinstance(error, ValidationError):
+                first = error.errors()[0]
+                reason = f"{'.'.join(map(str, first['loc']))}: {first['msg']}"
+            raise ResultsError(
+                f"{path} is no result of `grasp-bench evaluate --out` ({reason}); move it away "
+                f"or make it again."
+            ) from error
+
+    def text(self) -> str:
+        """Return the content of the file, without the line break at its end."""
+        return json.dumps(self.model_dump(mode="json"), indent=1, ensure_ascii=False)
+
+    def write(self, path: Path) -> None:
+        """Write the file, at once or not at all, and the folders above it where they are missing."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, (self.text() + "\n").encode())

@@ -1,0 +1,183 @@
+"""Settings of a training, their options, and the command on the card: three views of one definition."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from safetensors import safe_open
+from safetensors.torch import save_file
+from test_training import FAST, folder  # noqa: F401 (eight synthetic scenes)
+
+from grasp_bench.cli.train import read_settings, train_command
+from grasp_bench.errors import AssetError
+from grasp_bench.learning.training.card import model_card, provenance, training_command
+from grasp_bench.learning.training.config import TrainConfig
+from grasp_bench.learning.training.dataset import SceneSet, load_scenes
+from grasp_bench.learning.training.loop import CHECKPOINT, Trained, train
+from grasp_bench.learning.training.sources import Source
+from grasp_bench.learning.training.validate import Accuracy
+from grasp_bench.networks.registry import build
+from grasp_bench.networks.store import WeightsFile
+from grasp_bench.networks.weights import save
+
+PAPER = "--steps 20000 --batch 32 --lr 1e-4 --warmup 0 --constant-lr --clip 0 --unmasked"
+WEIGHTS = "first weights.safetensors"
+
+positive = st.floats(1e-9, 1e3)
+counts = st.integers(1, 10**6)
+VALUES: dict[str, st.SearchStrategy[Any]] = {
+    "network": st.sampled_from(["htc-grasp", "gr-convnet-16"]),
+    "steps": counts,
+    "batch": counts,
+    "lr": positive,
+    "seed": st.integers(0, 2**40),
+    "warmup": st.integers(0, 999),
+    "cosine": st.booleans(),
+    "weight_decay": st.floats(0, 1),
+    "clip": st.floats(0, 100),
+    "masked": st.booleans(),
+    "geometry_weight": positive,
+    "positive_weight": st.floats(0, 9),
+    "ema": st.floats(0, 1, exclude_max=True),
+    "augment": st.booleans(),
+    "precision": st.sampled_from(["auto", "fp32", "bf16"]),
+    "workers": counts,
+    "threads": st.integers(0, 99),
+    "checkpoint_every": counts,
+    "validate_every": counts,
+    "log_every": counts,
+    "init": st.sampled_from([None, WEIGHTS]),
+    "input": st.sampled_from([None, "rgbd"]),
+    "holdout": st.sampled_from([None, "2/5"]),
+    "split": st.sampled_from(["image", "object"]),
+}
+
+
+def parse(words: list[str]) -> dict[str, Any]:
+    """What the command is called with."""
+    app = typer.Typer()
+    app.command()(train_command)
+    return typer.main.get_command(app).make_context("train", list(words)).params
+
+
+def read(command: str) -> tuple[TrainConfig, dict[str, Any]]:
+    """Settings by a command, and what else it says."""
+    program, name, *words = shlex.split(command)
+    assert (program, name) == ("grasp-bench", "train")
+    typed = parse(words)
+    rest = {k: typed.pop(k) for k in ("data", "out", "export")}
+    return read_settings(typed)[0], rest
+
+
+@pytest.fixture
+def begun(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """How settings name the weights in the working folder."""
+    monkeypatch.chdir(tmp_path)
+    Path(WEIGHTS).write_bytes(b"any bytes")
+    return WeightsFile(Path(WEIGHTS)).described()
+
+
+def test_every_setting_is_tried_below() -> None:
+    assert list(VALUES) == list(TrainConfig.model_fields)
+    assert set(parse(["--data", "d", "--out", "o"])) == {"data", "out", "export"} | set(VALUES)
+
+
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(chosen=st.fixed_dictionaries({}, optional=VALUES))
+def test_the_command_on_the_card_makes_the_same_settings(chosen: dict[str, Any], begun: str) -> None:
+    config = TrainConfig.model_validate(chosen | ({"init": begun} if chosen.get("init") else {}))
+    data = [Source(Path("far/my scenes"), 0.123456789012345), Source(Path("cornell"), 2.0)]
+    command = training_command(config, data)
+    found, rest = read(command)
+    assert found == config
+    assert rest["data"] == [Path("my scenes:0.123456789012345"), Path("cornell:2")]
+    assert rest["out"] == Path("runs") / config.network
+    usual = TrainConfig(network=config.network)
+    same = [n for n in VALUES if n != "network" and getattr(config, n) == getattr(usual, n)]
+    for option in (o for n in same for o in TrainConfig.option(n).names.split("/")):
+        assert option not in shlex.split(command), "as by default"
+
+
+@pytest.mark.parametrize("name", [n for n in VALUES if n != "network"])
+def test_each_setting_is_reached_alone(name: str, begun: str) -> None:
+    others: dict[str, Any] = {
+        "cosine": False,
+        "masked": False,
+        "augment": False,
+        "precision": "fp32",
+        "init": begun,
+    }
+    others |= {"input": "rgbd", "holdout": "1/3", "split": "image", "ema": 0.5}
+    config = TrainConfig.model_validate({name: others.get(name, 7)})
+    command = training_command(config, [Source(Path("synth"))])
+    assert command.startswith("grasp-bench train --predictor htc-grasp --data synth --")
+    assert read(command)[0] == config != TrainConfig()
+
+
+def test_the_papers_recipe_can_be_typed() -> None:
+    config, _ = read(f"grasp-bench train --data synth --out run {PAPER}")
+    assert config == TrainConfig(
+        steps=20_000, batch=32, lr=1e-4, warmup=0, cosine=False, clip=0, masked=False
+    )
+    assert PAPER in (TrainConfig.__doc__ or "")
+    assert {config.learning_rate(step) for step in (0, 1, 19_999)} == {1e-4}
+    command = training_command(config, [Source(Path("synth"))])
+    assert command == (
+        "grasp-bench train --predictor htc-grasp --data synth --steps 20000 --batch 32 --lr 0.0001 "
+        "--warmup 0 --constant-lr --clip 0.0 --unmasked --out runs/htc-grasp"
+    )
+
+
+def test_card_shows_command_and_settings(begun: str, folder: Path) -> None:  # noqa: F811
+    config = TrainConfig(network="gg-cnn", masked=False, holdout="2/5", split="image", init=begun)
+    scenes = SceneSet([], [], "0123")
+    facts = provenance(Trained(build("gg-cnn"), Accuracy()), config, scenes, [Source(folder, 1.5)])
+    commands = facts["commands"].splitlines()
+    assert commands[1] == f"# {WEIGHTS}: the weights whose SHA-256 begins with {begun.split()[-1]}"
+    assert read(commands[-1])[0] == config
+    page = model_card(facts)
+    assert facts["commands"] in page
+    assert "lr 0.001" in page
+    assert "masked False" in page
+    assert "holdout 2/5" in page
+    assert "workers" not in page
+    older = {k: v for k, v in facts["config"].items() if k not in ("holdout", "split")}
+    assert "holdout" not in model_card(facts | {"config": older, "commands": ""})
+
+
+def test_shipped_weights_are_named_by_their_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("grasp_bench.system.integrity.assets_dir", lambda: tmp_path)
+    save(build("gg-cnn"), tmp_path / "weights" / "gg-cnn.safetensors", {"network": "gg-cnn"})
+    config, begin = read_settings({"network": "gg-cnn", "init": "shipped"})
+    assert begin == tmp_path / "weights" / "gg-cnn.safetensors"
+    assert config.init == WeightsFile(tmp_path / "weights" / "gg-cnn.safetensors").described()
+    with pytest.raises(AssetError, match=r"none\.safetensors"):
+        read_settings({"init": "none.safetensors"})
+
+
+def test_checkpoints_from_before_a_setting_was_one_go_on(folder: Path, tmp_path: Path) -> None:  # noqa: F811
+    """What is held out was an argument of the command once, and no setting of the run."""
+    scenes = load_scenes([folder])
+    config = TrainConfig(**FAST, steps=1, batch=1)
+    train(config, scenes, tmp_path)
+    path = tmp_path / CHECKPOINT
+    with safe_open(path, framework="pt") as file:
+        header = json.loads(file.metadata()["training"])
+        tensors = {key: file.get_tensor(key) for key in file.keys()}  # noqa: SIM118
+    for name in ("holdout", "split"):
+        del header["config"][name]
+    save_file(tensors, path, {"training": json.dumps(header)})
+    steps: list[int] = []
+    held_out = config.model_copy(update={"holdout": "2/5", "split": "image"})
+    train(held_out, scenes, tmp_path, lambda done, *_: steps.append(done))
+    assert steps == [], "nothing was left to do"
+    other = SceneSet(scenes.train, scenes.val, "of another fold")
+    with pytest.raises(AssetError, match="the scenes were others"):
+        train(held_out, other, tmp_path)

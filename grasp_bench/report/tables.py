@@ -104,7 +104,7 @@ def show(tables: Iterable[TextTable], console: Any) -> None:
     from rich.text import Text
 
     for t in tables:
-        table = Table(header_style="bold", box=box.SIMPLE, pad_edge=False)
+        table = Table(header_style="bold cyan", box=box.SIMPLE, pad_edge=False)
         for i, name in enumerate(t.head):  # numbers keep one line, so their heads may need several
             number = i in t.numbers
             table.add_column(

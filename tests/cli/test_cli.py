@@ -193,7 +193,7 @@ def test_no_color_is_respected(cli, monkeypatch: pytest.MonkeyPatch, asked: bool
     monkeypatch.setenv("TERM", "xterm-256color")
     if asked:
         monkeypatch.setenv("NO_COLOR", "1")
-    assert ("\x1b[33m" in cli("report", reference).out) is not asked
+    assert ("\x1b[1;36m" in cli("report", reference).out) is not asked
 
 
 # ---------------------------------------------------------------- refusals: exit 2, one clear line

@@ -173,6 +173,9 @@ class Physics(Section):
     control_steps: Annotated[int, Field(ge=1, le=20)] = 2
     impratio: Positive = 10.0
     noslip_iterations: Annotated[int, Field(ge=0, le=20)] = 3
+    """From when the fingers have closed; what is not held does not need them."""
+    sleep: bool = True
+    """What lies still and untouched while the arm comes is not simulated until something touches it."""
     max_hulls: Annotated[int, Field(ge=0)] = 0
     """Convex pieces an object has at most, neighbours being merged; 0 for all there are."""
 

@@ -171,6 +171,21 @@ class World:
                 return
         raise UnstableError(f"the object was not at rest {settling.timeout:g} s after it was put down")
 
+    def spare(self) -> None:
+        """From now on simulate no more than an untouched table needs.
+
+        What lies still sleeps until something touches it, where the scenario says so, and there are no
+        no-slip iterations, which keep what is *held* from creeping.
+        """
+        self.model.opt.noslip_iterations = 0
+        if self.scenario.physics.sleep:
+            self.model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+
+    def hold(self) -> None:
+        """From now on simulate what a held object needs: no-slip iterations, and nothing sleeps."""
+        self.model.opt.noslip_iterations = self.scenario.physics.noslip_iterations
+        self.model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+
     # ------------------------------------------------------------ moving
 
     def step(self, count: int) -> None:

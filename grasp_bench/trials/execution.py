@@ -70,6 +70,7 @@ class _Phases:
 
     def run(self) -> Verdict:
         self.world.mark()
+        self.world.spare()
         return (
             self.approach()
             or self.close()
@@ -114,6 +115,7 @@ class _Phases:
         return None
 
     def lift(self) -> Verdict | None:
+        self.world.hold()
         self.world.follow(self.plan.lift, self.squeeze)
         self.lift_height = self.world.rise()
         if not self.world.touch().held or self.lift_height < self.scenario.success.minimum_lift:

@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 from scipy.ndimage import maximum_filter, minimum_filter
+from scipy.stats import norm
 
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.scenario.sections import Scenario
@@ -68,7 +69,8 @@ def defined_sensor(picture: Picture, rng: np.random.Generator) -> tuple[np.ndarr
     h, w = picture.depth.shape
 
     def normal(*shape: int) -> np.ndarray:
-        return rng.standard_normal(shape, dtype=np.float32)
+        k = rng.integers(0, 65536, shape, dtype=np.uint16)
+        return norm.ppf((k + 0.5) / 65536).astype(np.float32)
 
     axial, jitter = normal(h, w), normal(2, h, w)
     m, p, d, s = (rng.random((h, w), dtype=np.float32) for _ in range(4))

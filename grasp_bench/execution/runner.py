@@ -17,6 +17,7 @@ from grasp_bench.predictors.identity import identify
 from grasp_bench.runs.folder import RunFolder
 from grasp_bench.runs.jobs import Job, Jobs, Settings
 from grasp_bench.runs.record import Timings, TrialRecord
+from grasp_bench.scenario.reading import check_current
 
 if TYPE_CHECKING:
     from grasp_bench.predictors.protocol import Predictor
@@ -63,6 +64,7 @@ def run(
     Raises:
         GraspBenchError: before any trial starts, for anything wrong with the inputs.
     """
+    check_current(settings.scenario)
     catalog = Catalog(settings.objects)
     for name in objects_of(settings, jobs, catalog):
         model = catalog.load(name)  # every mesh is checked before the first trial

@@ -92,6 +92,12 @@ class RunInfo(Stored):
         return self.scenario["name"]
 
     @property
+    def definition(self) -> int:
+        """Version of the definition of its trials."""
+        version = self.scenario.get("version", 1)
+        return version if isinstance(version, int) else 1
+
+    @property
     def cluttered(self) -> bool:
         """The trials are episodes of many objects."""
         return bool(self.scenario.get("clutter"))

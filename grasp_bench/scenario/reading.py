@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from grasp_bench.errors import ScenarioError, UnknownNameError
 from grasp_bench.scenario.fields import Section
-from grasp_bench.scenario.sections import Scenario
+from grasp_bench.scenario.sections import VERSION, Scenario
 from grasp_bench.system.paths import scenarios_dir
 
 
@@ -79,6 +79,20 @@ def _laid_over(inherited: Any, own: Any) -> Any:
     if isinstance(inherited, dict) and isinstance(own, dict) and "preset" not in own:
         return inherited | own
     return own
+
+
+def check_current(scenario: Scenario) -> None:
+    """Refuse to carry out trials of an earlier version of the definition.
+
+    Raises:
+        ScenarioError: saying what to do.
+    """
+    if scenario.version != VERSION:
+        raise ScenarioError(
+            f"Scenario {scenario.name!r} is of version {scenario.version} of the definition, and this "
+            f"grasp-bench carries out version {VERSION}: its trials would not be the same. Set version: "
+            f"{VERSION} for new runs; docs/definition.md says what changed."
+        )
 
 
 def parse_scenario(content: dict[str, Any], origin: str) -> Scenario:

@@ -15,6 +15,10 @@ from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.scenario.fields import Fraction, NonNegative, Positive, Section, Vector
 from grasp_bench.scenario.sensors import Sensor
 
+VERSION = 2
+"""Of the definition of a trial (docs/definition.md): only trials of this version are carried out, results of
+earlier ones are still read."""
+
 
 class Camera(Section):
     """A fixed pinhole camera."""
@@ -185,7 +189,7 @@ class Scenario(Section):
 
     name: str
     description: str = ""
-    version: Literal[1] = 1
+    version: Annotated[int, Field(ge=1, le=VERSION)] = VERSION
     camera: Camera = Camera()
     sensor: Sensor = Sensor()
     calibration: Calibration = Calibration()

@@ -8,6 +8,7 @@ import numpy as np
 
 from grasp_bench.camera import CameraPose, RgbdImage
 from grasp_bench.planning.planner import Planner
+from grasp_bench.scenario.reading import check_current
 from grasp_bench.scenario.sections import Calibration, Scenario
 from grasp_bench.scenario.seeding import Purpose, Streams
 from grasp_bench.scene.rendering import Picture, SceneCamera, surfaces
@@ -25,6 +26,7 @@ class Workcell:
     """
 
     def __init__(self, scenario: Scenario, renderer: str = "auto") -> None:
+        check_current(scenario)
         self.scenario = scenario
         self.planner = Planner(scenario)
         self.camera = SceneCamera(scenario.camera.intrinsics, scenario.camera.pose, renderer)

@@ -73,7 +73,7 @@ def test_an_unknown_section_is_named_with_the_nearest(tmp_path: Path) -> None:
         ("camera: {position: [0, 1]}", "camera.position"),
         ("physics: {timestep: 0.01}", "physics.timestep"),
         ("trial_timeout: -1", "trial_timeout"),
-        ("version: 2", "version"),
+        ("version: 3", "version"),
         ("gripper: 60", "gripper"),
     ],
 )

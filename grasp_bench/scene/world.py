@@ -15,6 +15,7 @@ from grasp_bench.robot.robot import EC66_PARALLEL_85, Robot
 from grasp_bench.robot.trajectory import Trajectory
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import GROUND, OBJECT
+from grasp_bench.scene.contacts import touching
 
 Floats = NDArray[np.float64]
 
@@ -40,7 +41,11 @@ class Touch:
 
     @property
     def held(self) -> bool:
-        """Both fingers touch the object."""
+        """Both fingers press on the object.
+
+        The judge wants a positive normal force: a contact alone may carry none, as when the object is about
+        to leave a pad. The floating gripper, which decides more coarsely, is content with the contact.
+        """
         return self.left > 0 and self.right > 0
 
 
@@ -152,8 +157,10 @@ class World:
         """Step until all objects have been still for ``settling.still_time``.
 
         Raises:
-            UnstableError: when it is not at rest before ``settling.timeout``.
+            UnstableError: when one is not at rest before ``settling.timeout``.
         """
+        # The limits are the scenario's: they are part of a trial's definition. The floating gripper has its
+        # own, with which labels and shipped objects were made.
         settling = self.scenario.settling
         chunk = 10
         period = chunk * self.model.opt.timestep
@@ -252,13 +259,11 @@ class World:
 
     def touch(self) -> Touch:
         """What the object touches now, and how hard."""
-        contact = self.data.contact
-        pairs = np.asarray(contact.geom)
         force = np.zeros(6)
         left = right = 0.0
         elsewhere: set[str] = set()
-        for i in np.nonzero(self._is_object[pairs].any(axis=1))[0] if len(pairs) else ():
-            first, second = pairs[i]
+        for i in touching(self.data, self._is_object):
+            first, second = self.data.contact.geom[i]
             other = second if self._is_object[first] else first
             mujoco.mj_contactForce(self.model, self.data, int(i), force)
             if force[0] <= 0:
@@ -277,16 +282,11 @@ class World:
 
     def collision_force(self) -> tuple[float, str]:
         """Greatest normal force [N] of the robot against object or table, and what it meets."""
-        pairs = np.asarray(self.data.contact.geom)
         force = np.zeros(6)
         worst, name = 0.0, ""
-        if len(pairs) == 0:
-            return worst, name
-        robot = self._is_robot[pairs]
-        other = (self._is_any_object | self._is_table)[pairs]
-        for i in np.nonzero(robot.any(axis=1) & other.any(axis=1))[0]:
+        for i in touching(self.data, self._is_robot, self._is_any_object | self._is_table):
             mujoco.mj_contactForce(self.model, self.data, int(i), force)
             if force[0] > worst:
                 worst = float(force[0])
-                name = "object" if self._is_any_object[pairs[i]].any() else "table"
+                name = "object" if self._is_any_object[self.data.contact.geom[i]].any() else "table"
         return worst, name

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from grasp_bench.errors import PredictorError
 from grasp_bench.predictors.names import parse
+from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.predictors.shipped import Shipped
 from grasp_bench.predictors.use import in_use
-
-if TYPE_CHECKING:
-    from grasp_bench.predictors.protocol import Predictor
 
 
 def identify(name: str, predictor: Predictor | None = None) -> dict[str, Any] | None:

@@ -6,15 +6,15 @@ import shlex
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from grasp_bench.errors import PredictorError, UnknownNameError
+from grasp_bench.predictors.command import CommandPredictor
+from grasp_bench.predictors.protocol import Predictor
+from grasp_bench.predictors.remote import RemotePredictor
 from grasp_bench.predictors.shipped import SHIPPED, Shipped
 from grasp_bench.predictors.sources import distribution, make, sources
 from grasp_bench.system.integrity import sha256
-
-if TYPE_CHECKING:
-    from grasp_bench.predictors.protocol import Predictor
 
 GROUP = "grasp_bench.predictors"
 """Group of entry points in which packages offer predictors."""
@@ -85,8 +85,6 @@ class Server:
 
     def load(self) -> Predictor:
         """The server's client; PredictorError for an address that is none."""
-        from grasp_bench.predictors.remote import RemotePredictor
-
         return RemotePredictor(self.name)
 
     def facts(self, predictor: object) -> dict[str, Any]:
@@ -109,8 +107,6 @@ class Command:
 
     def load(self) -> Predictor:
         """Start the server; PredictorError where that fails."""
-        from grasp_bench.predictors.command import CommandPredictor
-
         return CommandPredictor(self.command)
 
     def facts(self, predictor: object) -> dict[str, Any]:

@@ -10,12 +10,14 @@ import numpy as np
 
 from grasp_bench.camera import RgbdImage
 from grasp_bench.grasps import Grasp, GraspMaps
+from grasp_bench.networks.encoding import maps_from_output, to_input
+from grasp_bench.networks.registry import info, input_kind
+from grasp_bench.networks.spec import Kind
+from grasp_bench.networks.store import stored_input
 from grasp_bench.predictors.level import level_view
 
 if TYPE_CHECKING:
     import torch
-
-    from grasp_bench.networks.spec import Kind
 
 
 class NetworkPredictor:
@@ -43,8 +45,6 @@ class NetworkPredictor:
     ) -> None:
         import torch
 
-        from grasp_bench.networks.registry import info, input_kind
-        from grasp_bench.networks.store import stored_input
         from grasp_bench.networks.weights import load
 
         self.name, self.peaks, self.level = name, peaks, level
@@ -81,8 +81,6 @@ class NetworkPredictor:
 
     def maps(self, image: RgbdImage) -> GraspMaps:
         """The network's maps of the crop at ``crop_origin``, not smoothed."""
-        from grasp_bench.networks.encoding import maps_from_output, to_input
-
         rgb, depth, self.crop_origin = centre_crop(image, self.crop)
         return maps_from_output(self._forward(to_input(rgb, depth, self.kind)))
 

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from grasp_bench.errors import AssetError
 from grasp_bench.networks.registry import all_weights
 from grasp_bench.networks.spec import Network, Weights
 from grasp_bench.networks.store import WeightsFile, shipped_file, stored_input
+from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.predictors.sources import resolve
-
-if TYPE_CHECKING:
-    from grasp_bench.predictors.protocol import Predictor
 
 
 @dataclass(frozen=True)

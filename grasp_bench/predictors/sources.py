@@ -6,13 +6,11 @@ import importlib
 import sys
 from importlib.metadata import packages_distributions, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from grasp_bench.errors import PredictorError, UnknownNameError
+from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.system.integrity import sha256
-
-if TYPE_CHECKING:
-    from grasp_bench.predictors.protocol import Predictor
 
 
 def make(path: str, name: str) -> Predictor:

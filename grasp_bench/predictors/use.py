@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
 
 from grasp_bench.predictors.names import load_predictor
-
-if TYPE_CHECKING:
-    from grasp_bench.predictors.protocol import Predictor
+from grasp_bench.predictors.protocol import Predictor
 
 
 @contextmanager

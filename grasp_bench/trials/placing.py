@@ -6,9 +6,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
+from shapely import Polygon
+from shapely.affinity import translate
 
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.scenario.sections import Scenario
@@ -58,8 +61,6 @@ def random_pose(model: ObjectModel, rng: np.random.Generator) -> tuple[float, Fl
 
 def multiply_quaternions(a: Floats, b: Floats) -> Floats:
     """Hamilton product of quaternions w, x, y, z."""
-    import mujoco
-
     product = np.zeros(4)
     mujoco.mju_mulQuat(product, np.asarray(a, float), np.asarray(b, float))
     return product
@@ -108,10 +109,6 @@ def lay_out(models: Sequence[ObjectModel], scenario: Scenario, rng: np.random.Ge
 
 
 def _placed(models: Sequence[ObjectModel], scenario: Scenario, rng: np.random.Generator) -> list[Resting]:
-    import mujoco
-    from shapely import Polygon
-    from shapely.affinity import translate
-
     assert scenario.clutter is not None
     centre, spread = np.array(scenario.table.center), np.array(scenario.clutter.workspace)
     placed: list[Resting] = []

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import platform
+import zipfile
 from collections.abc import Callable
 from concurrent.futures import Future, as_completed
 from dataclasses import asdict, dataclass
@@ -12,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pebble import ProcessPool
 
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.learning.training.dataset import INDEX
@@ -64,8 +67,6 @@ def generate(
     Raises:
         GraspBenchError: when the folder was generated with another seed or parameters.
     """
-    from pebble import ProcessPool
-
     without_gl()
     (out / "scenes").mkdir(parents=True, exist_ok=True)
     _check_config(out, seed, config)
@@ -115,8 +116,6 @@ def _file(index: int) -> str:
 
 def _entry(out: Path, index: int, seed: int) -> Entry | None:
     """Return the index entry of a stored scene, None when it is missing or does not load."""
-    import zipfile
-
     try:
         with np.load(out / _file(index), allow_pickle=False) as file:
             tried, objects = file["tried"], int(file["objects"])
@@ -135,8 +134,6 @@ def _entry(out: Path, index: int, seed: int) -> Entry | None:
 
 def _produce(out: Path, index: int, seed: int, config: SynthConfig) -> Entry:
     """Make and store one scene (in a worker)."""
-    import io
-
     import cv2
 
     from grasp_bench.learning.data.synthetic import make_scene

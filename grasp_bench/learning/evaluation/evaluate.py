@@ -17,8 +17,11 @@ from grasp_bench.learning.data.folds import make_folds
 from grasp_bench.learning.data.opening import open_collection
 from grasp_bench.learning.evaluation.fold_training import Training, train_fold
 from grasp_bench.learning.evaluation.protocols import CONVENTIONS, Case, evaluate_case, make_case
+from grasp_bench.learning.training.augment import View, crop_scene
+from grasp_bench.learning.training.dataset import load_scene, read_index
 from grasp_bench.networks.registry import NETWORKS
 from grasp_bench.predictors.names import load_predictor
+from grasp_bench.predictors.network import NetworkPredictor
 from grasp_bench.predictors.protocol import Predictor, begin
 from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.runs.evaluation import (
@@ -137,8 +140,6 @@ def _load(question: Question) -> Predictor:
 
 
 def _network(name: str, weights: Path | None) -> Predictor:
-    from grasp_bench.predictors.network import NetworkPredictor
-
     return NetworkPredictor(name, weights, level=False)
 
 
@@ -194,9 +195,6 @@ def _evaluate_synthetic(question: Question, report: Report) -> Evaluation:
 
 def _synthetic_cases(root: Path, crop: int) -> tuple[Iterator[Case], int]:
     """Return held-out scenes whose middle has a listed grasp, and how many were held out in all."""
-    from grasp_bench.learning.training.augment import View, crop_scene
-    from grasp_bench.learning.training.dataset import load_scene, read_index
-
     entries = [e for e in read_index(root) if e["split"] == "val"]
 
     def cases() -> Iterator[Case]:

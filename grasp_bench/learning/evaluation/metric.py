@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
 
 from grasp_bench.grasps import Grasp, GraspMaps, angle_difference, rectangle_iou, wrap_angle
 from grasp_bench.runs.evaluation import Verdict
@@ -78,8 +79,6 @@ def legacy_best(maps: GraspMaps, min_distance: int = 20, threshold: float = 0.2)
     The angle is filtered as it is, which smears across the ±π/2 seam. Maxima within
     ``min_distance`` of the border or not above ``threshold`` do not count.
     """
-    from scipy.ndimage import gaussian_filter
-
     quality, angle = gaussian_filter(maps.quality, 2.0), gaussian_filter(maps.angle, 2.0)
     width = gaussian_filter(maps.width, 1.0)
     inner = quality[min_distance:-min_distance, min_distance:-min_distance]

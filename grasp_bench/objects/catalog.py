@@ -77,6 +77,15 @@ class RestingPose:
     probability: float
     grasps: tuple[ReferenceGrasp, ...]
 
+    @property
+    def rotation(self) -> Floats:
+        """(3, 3) matrix of the quaternion, to the bits of MuJoCo's own."""
+        import mujoco
+
+        matrix = np.zeros(9)
+        mujoco.mju_quat2Mat(matrix, self.quaternion)
+        return matrix.reshape(3, 3)
+
 
 @dataclass(frozen=True)
 class ObjectModel:

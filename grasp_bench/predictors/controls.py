@@ -7,6 +7,7 @@ about the predictors between them.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -36,7 +37,7 @@ class Oracle(PrivilegedPredictor):
 
     def predict_from_truth(self, image: RgbdImage, truth: GroundTruth) -> list[Grasp]:
         """The reference grasps of the resting pose the object lies in, best first."""
-        ups = [_rotation(p.quaternion)[2] @ truth.rotation[2] for p in truth.model.graspable_poses]
+        ups = [p.rotation[2] @ truth.rotation[2] for p in truth.model.graspable_poses]
         pose = truth.model.graspable_poses[int(np.argmax(ups))]
         return [
             project_grasp(
@@ -63,23 +64,13 @@ class Displaced(Oracle):
     def predict_from_truth(self, image: RgbdImage, truth: GroundTruth) -> list[Grasp]:
         """One grasp, 0.2 m beside where it should be."""
         shift = self.DISTANCE * np.array([math.cos(self._angle), math.sin(self._angle), 0.0])
-        moved = GroundTruth(
-            truth.model, truth.position + shift, truth.rotation, truth.camera, truth.intrinsics
-        )
+        moved = replace(truth, position=truth.position + shift)
         inside = [
             g
             for g in super().predict_from_truth(image, moved)
             if 0 <= g.x <= image.intrinsics.width and 0 <= g.y <= image.intrinsics.height
         ]
         return inside[:1]
-
-
-def _rotation(quaternion: Floats) -> Floats:
-    import mujoco
-
-    matrix = np.zeros(9)
-    mujoco.mju_quat2Mat(matrix, quaternion)
-    return matrix.reshape(3, 3)
 
 
 def project_grasp(

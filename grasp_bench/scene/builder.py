@@ -18,6 +18,7 @@ from typing import Any, Protocol
 
 import mujoco
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from grasp_bench.objects.catalog import ObjectModel, VisualPart
 from grasp_bench.robot.robot import EC66_PARALLEL_85, Robot
@@ -34,18 +35,9 @@ ROLLING_FRICTION = 1.5e-3
 """Rolling resistance on the table [m], of the order of a thin rubber mat: with less, things that
 lie on a small round patch rock for seconds."""
 
-NOT_IN_THE_MODEL = {
-    "name",
-    "description",
-    "sensor",
-    "calibration",
-    "light",
-    "settling",
-    "motion",
-    "success",
-    "clutter",
-    "trial_timeout",
-}
+NOT_IN_THE_MODEL: set[str] = set(
+    "name description sensor calibration light settling motion success clutter trial_timeout".split()
+)
 """Sections of a scenario that compiled models do not depend on."""
 
 
@@ -88,7 +80,6 @@ class SceneObject(Protocol):
 def add_object(root: Any, model: SceneObject, scenario: Scenario, name: str = OBJECT) -> None:
     """Add a free body with its visual parts and convex hulls."""
     from dm_control import mjcf
-    from scipy.spatial import ConvexHull
 
     prefix = "" if name == OBJECT else f"{name}_"
     body = root.worldbody.add("body", name=name, pos=[0, 0, 1])

@@ -10,12 +10,14 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, as_completed
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import trimesh
+from pebble import ProcessPool
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
@@ -29,6 +31,10 @@ from grasp_bench.workshop.shapes import Mesh, union
 MILLIMETRE = 1e-3
 SHAPE_VERSION = 1
 """Raise when the shape stage changes, so that all objects are built again."""
+LISTED = (
+    "name category family mass material friction source inertia extents faces hulls decomposition".split()
+)
+"""Entries of ``object.json`` that the manifest repeats."""
 
 
 def _metres(parts: list[Part]) -> list[Part]:
@@ -171,10 +177,6 @@ def build_all(
         names: which; all registered when None.
         stage: ``shape``, ``rest`` or ``all``.
     """
-    from concurrent.futures import Future, as_completed
-
-    from pebble import ProcessPool
-
     import grasp_bench.workshop.household  # noqa: F401  (registers the objects)
 
     chosen = list(REGISTRY) if names is None else list(names)
@@ -207,22 +209,8 @@ def write_manifest(folder: Path) -> int:
     objects = []
     for path in sorted(folder.glob("*/object.json")):
         details = json.loads(path.read_text())
-        keep = (
-            "name",
-            "category",
-            "family",
-            "mass",
-            "material",
-            "friction",
-            "source",
-            "inertia",
-            "extents",
-            "faces",
-            "hulls",
-            "decomposition",
-        )
         files = {f: sha256(path.parent / f) for f in FILES}
-        objects.append({k: details[k] for k in keep} | {"files": files})
+        objects.append({k: details[k] for k in LISTED} | {"files": files})
     lines = ",\n".join("  " + json.dumps(o) for o in objects)
     (folder / MANIFEST).write_text('{"version": 1, "objects": [\n' + lines + "\n]}\n")
     return len(objects)

@@ -9,7 +9,9 @@ shipped and hashed, and never made again at run time.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
+import coacd
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
@@ -73,10 +75,14 @@ def reduce_hull(points: Floats, limit: int = MAX_VERTICES) -> Mesh:
     return trimesh.convex.convex_hull(corners[chosen])
 
 
-def coacd_hulls(mesh: Mesh, threshold: float) -> list[Mesh]:
-    """CoACD pieces of one watertight mesh, each with at most 64 vertices."""
-    import coacd
+def coacd_pieces(mesh: Mesh, threshold: float, **settings: Any) -> list[Floats]:
+    """Cut a watertight mesh with CoACD and return the vertices (V, 3) of each piece.
 
+    Args:
+        mesh: in millimetres.
+        threshold: greatest concavity of a piece.
+        settings: further ones of ``coacd.run_coacd``.
+    """
     coacd.set_log_level("error")
     pieces = coacd.run_coacd(
         coacd.Mesh(np.asarray(mesh.vertices), np.asarray(mesh.faces)),
@@ -87,11 +93,10 @@ def coacd_hulls(mesh: Mesh, threshold: float) -> list[Mesh]:
         mcts_max_depth=2,
         resolution=1000,
         merge=True,
-        decimate=True,
-        max_ch_vertex=MAX_VERTICES,
         seed=0,
+        **settings,
     )
-    return [reduce_hull(np.asarray(v, dtype=float)) for v, _ in pieces]
+    return [np.asarray(vertices, dtype=float) for vertices, _ in pieces]
 
 
 def decompose(parts: list[Part]) -> list[Mesh]:
@@ -107,7 +112,8 @@ def decompose(parts: list[Part]) -> list[Mesh]:
                 hulls.append(reduce_hull(np.asarray(part.mesh.vertices)))
             else:
                 wanted = floor if part.threshold is None else max(float(part.threshold), floor)
-                hulls += coacd_hulls(part.mesh, wanted)
+                pieces = coacd_pieces(part.mesh, wanted, decimate=True, max_ch_vertex=MAX_VERTICES)
+                hulls += [reduce_hull(piece) for piece in pieces]
         if len(hulls) <= MAX_HULLS:
             return hulls
     raise ValueError(f"more than {MAX_HULLS} convex pieces even at concavity {THRESHOLDS[-1]}: {len(hulls)}")

@@ -11,6 +11,7 @@ from typing import Literal, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicSpline
 from shapely import affinity
 from shapely.geometry import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
@@ -88,8 +89,6 @@ def bezier(*control: ArrayLike, segments: int = 16) -> Floats:
 
 def spline(points: ArrayLike, segments: int = 32, closed: bool = False) -> Floats:
     """Smooth cubic curve (segments + 1, D) through ``points`` (N, D), by chord length."""
-    from scipy.interpolate import CubicSpline
-
     p = np.asarray(points, dtype=float)
     if closed:
         p = np.vstack([p, p[:1]])

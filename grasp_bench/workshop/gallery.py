@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 from scipy.spatial import ConvexHull
 
-from grasp_bench.objects.catalog import ObjectModel, ReferenceGrasp, RestingPose
+from grasp_bench.objects.catalog import ObjectModel, ReferenceGrasp
 from grasp_bench.robot.parallel_85 import PARALLEL_85
-from grasp_bench.workshop.pictures import TILE, scene_of, shoot
+from grasp_bench.workshop.pictures import TILE, add_mesh, scene_of, shoot
 
 FINGER = (PARALLEL_85.finger_thickness / 2, PARALLEL_85.finger_width / 2, 0.030)
 """Half sizes of a drawn finger: along the jaws, across them, upwards [m]."""
@@ -31,8 +31,8 @@ def gallery_pictures(model: ObjectModel, size: int = TILE) -> list[Image.Image]:
     The first shows it plain, the second, from the other side, under its convex pieces; both with
     the fingers at the best reference grasp, open.
     """
-    pose = next((p for p in model.graspable_poses if _rotation(p)[2, 2] > UPRIGHT), model.graspable_poses[0])
-    rotation, grasp = _rotation(pose), pose.grasps[0]
+    pose = next((p for p in model.graspable_poses if p.rotation[2, 2] > UPRIGHT), model.graspable_poses[0])
+    rotation, grasp = pose.rotation, pose.grasps[0]
     reach = np.vstack([_finger_corners(rotation, grasp, side) for side in (-1, 1)])
     jaws = rotation @ grasp.axis
     pictures = []
@@ -44,27 +44,11 @@ def gallery_pictures(model: ObjectModel, size: int = TILE) -> list[Image.Image]:
         for i, hull in enumerate(model.hulls if hulls else []):
             outwards = hull - hull.mean(0)
             swollen = hull + SWELL * outwards / np.linalg.norm(outwards, axis=1, keepdims=True)
-            spec.add_mesh(
-                name=f"h{i}",
-                uservert=(swollen @ rotation.T * scale).ravel(),
-                userface=ConvexHull(hull).simplices.ravel(),
-                inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX,
-            )
-            spec.worldbody.add_geom(
-                type=mujoco.mjtGeom.mjGEOM_MESH,
-                meshname=f"h{i}",
-                contype=0,
-                conaffinity=0,
-                rgba=[*hsv_to_rgb((0.381966 * i) % 1, 0.7, 0.95), 0.75],
-            )
+            color = (*hsv_to_rgb((0.381966 * i) % 1, 0.7, 0.95), 0.75)
+            faces = ConvexHull(hull).simplices
+            add_mesh(spec, f"h{i}", swollen @ rotation.T * scale, faces, color, convex=True)
         pictures += shoot(spec.compile(), centre, (view,), size)
     return pictures
-
-
-def _rotation(pose: RestingPose) -> NDArray[np.float64]:
-    matrix = np.zeros(9)
-    mujoco.mju_quat2Mat(matrix, pose.quaternion)
-    return matrix.reshape(3, 3)
 
 
 def _place(

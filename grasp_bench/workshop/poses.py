@@ -18,7 +18,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from grasp_bench.objects.catalog import ObjectModel
+from grasp_bench.objects.catalog import load_details
 from grasp_bench.planning import heightfield
 from grasp_bench.planning.depth import SIDE_CLEARANCE
 from grasp_bench.planning.heightfield import CELL, HeightField
@@ -215,16 +215,7 @@ def build_rest(folder: Path, seen: bool = False) -> bool:
     done = folder / "object.json"
     if done.is_file() and json.loads(done.read_text()).get("rest_fingerprint") == mark:
         return False
-    model = ObjectModel(
-        details["name"],
-        details["category"],
-        folder,
-        details["mass"],
-        np.array(details["inertia"]),
-        details["friction"],
-        (),
-        mark,
-    )
+    model = load_details(folder, details | {"poses": []}, mark)
     scenario = Scenario(name="reference")
     gripper = FloatingGripper(compile_floating(scenario, [model]), scenario)
     poses = []

@@ -15,74 +15,24 @@ import manifold3d as m3
 import numpy as np
 import trimesh
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 from shapely.geometry import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
-from grasp_bench.workshop.figures import (
-    Figure,
-    Floats,
-    arc,
-    bezier,
-    circle,
-    ellipse,
-    figures,
-    place,
-    polygon,
-    rect,
-    regular,
-    rounded,
-    spline,
-    star,
-    stroke,
-)
+from grasp_bench.workshop.figures import Figure, Floats, circle, polygon
+from grasp_bench.workshop.figures import arc as arc
+from grasp_bench.workshop.figures import bezier as bezier
+from grasp_bench.workshop.figures import ellipse as ellipse
+from grasp_bench.workshop.figures import figures as figures
+from grasp_bench.workshop.figures import place as place
+from grasp_bench.workshop.figures import rect as rect
+from grasp_bench.workshop.figures import regular as regular
+from grasp_bench.workshop.figures import rounded as rounded
+from grasp_bench.workshop.figures import spline as spline
+from grasp_bench.workshop.figures import star as star
+from grasp_bench.workshop.figures import stroke as stroke
 
 Mesh = trimesh.Trimesh
-__all__ = [
-    "Figure",
-    "Floats",
-    "Mesh",
-    "arc",
-    "bezier",
-    "box",
-    "capsule",
-    "circle",
-    "cone",
-    "cylinder",
-    "deform",
-    "difference",
-    "ellipse",
-    "ellipsoid",
-    "extrude",
-    "figures",
-    "helix",
-    "hull",
-    "intersection",
-    "loft",
-    "mirror",
-    "move",
-    "place",
-    "polygon",
-    "prism",
-    "rect",
-    "regular",
-    "revolve",
-    "ring",
-    "rotate",
-    "rounded",
-    "rounded_box",
-    "scale",
-    "smooth",
-    "sphere",
-    "spin",
-    "spline",
-    "star",
-    "stroke",
-    "superellipsoid",
-    "sweep",
-    "torus",
-    "union",
-    "vessel",
-]
 
 
 # ---------------------------------------------------------------- plumbing
@@ -365,8 +315,6 @@ def rotate(
     mesh: Mesh, x: float = 0.0, y: float = 0.0, z: float = 0.0, about: Sequence[float] = (0, 0, 0)
 ) -> Mesh:
     """Copy rotated about the fixed axes x, then y, then z (degrees) through ``about``."""
-    from scipy.spatial.transform import Rotation
-
     r = Rotation.from_euler("xyz", [x, y, z], degrees=True).as_matrix()
     pivot = np.asarray(about, dtype=float)
     return Mesh((np.asarray(mesh.vertices) - pivot) @ r.T + pivot, mesh.faces, process=False)

@@ -11,7 +11,14 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from grasp_bench.workshop.decompose import BOUNDS, MAX_HULLS, DecompositionError, compare, reduce_hull
+from grasp_bench.workshop.decompose import (
+    BOUNDS,
+    MAX_HULLS,
+    DecompositionError,
+    coacd_pieces,
+    compare,
+    reduce_hull,
+)
 from grasp_bench.workshop.importing.folder import RefusedError
 from grasp_bench.workshop.shapes import Mesh, hull, scale
 
@@ -43,7 +50,9 @@ def decompose_whole(solid: Mesh) -> tuple[list[Mesh], DecompositionError]:
         return [own], error
     found: list[tuple[list[Mesh], DecompositionError]] = []
     for threshold in THRESHOLDS:
-        hulls = _coacd(solid, threshold)
+        # CoACD's own decimation cuts tips off by millimetres.
+        cut = coacd_pieces(scale(solid, 1000), threshold, max_convex_hull=MAX_HULLS, decimate=False)
+        hulls = [h for h in (few_vertices(piece / 1000) for piece in cut) if h.volume > 1e-12]
         found.append((hulls, compare(solid, hulls)))
         if not beyond(found[-1][1], solid) and (len(hulls) >= FEW or found[-1][1].max_distance < NEAR):
             break
@@ -65,29 +74,6 @@ def beyond(error: DecompositionError, solid: Mesh) -> list[str]:
     if error.volume_ratio < low or (error.volume_ratio > high and added > 2 * ADDED):
         bad.append("volume_ratio")
     return bad
-
-
-def _coacd(solid: Mesh, threshold: float) -> list[Mesh]:
-    import coacd
-
-    coacd.set_log_level("error")
-    mesh = scale(solid, 1000)
-    pieces = coacd.run_coacd(
-        coacd.Mesh(np.asarray(mesh.vertices), np.asarray(mesh.faces)),
-        threshold=threshold,
-        max_convex_hull=MAX_HULLS,
-        preprocess_mode="off",
-        mcts_nodes=10,
-        mcts_iterations=60,
-        # CoACD's own decimation cuts tips off by millimetres.
-        mcts_max_depth=2,
-        resolution=1000,
-        merge=True,
-        decimate=False,
-        seed=0,
-    )
-    hulls = [few_vertices(np.asarray(v, float) / 1000) for v, _ in pieces]
-    return [h for h in hulls if h.volume > 1e-12]
 
 
 def few_vertices(points: Floats) -> Mesh:

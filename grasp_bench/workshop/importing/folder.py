@@ -13,6 +13,8 @@ import warnings
 from pathlib import Path
 from urllib.parse import unquote, urlparse
 
+from PIL import Image
+
 from grasp_bench.errors import GraspBenchError
 
 MAX_FILE = 200_000_000
@@ -31,24 +33,10 @@ ARCHIVES = {
     b"\xfd7zX": "xz",
 }
 GENERIC = frozenset(
-    {
-        "textured",
-        "textured_simple",
-        "textured_vertices",
-        "nontextured",
-        "model",
-        "mesh",
-        "visual",
-        "object",
-        "scan",
-        "scene",
-        "meshes",
-        "google_16k",
-        "google_64k",
-        "google_512k",
-        "poisson",
-        "tsdf",
-    }
+    """
+    textured textured_simple textured_vertices nontextured model mesh visual object scan scene meshes
+    google_16k google_64k google_512k poisson tsdf
+    """.split()
 )
 """Names of files and folders that say nothing: the name of the folder above is the object's."""
 
@@ -144,8 +132,6 @@ def check_image(content: bytes, name: str) -> None:
     Raises:
         RefusedError: with the reason.
     """
-    from PIL import Image
-
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # refused below

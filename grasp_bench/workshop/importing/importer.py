@@ -9,12 +9,14 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import Future, TimeoutError, as_completed
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pebble import ProcessExpired, ProcessPool
 
 from grasp_bench.objects.catalog import VisualPart
 from grasp_bench.workshop.build import rounded, write_hulls, write_visual
@@ -248,10 +250,6 @@ def import_all(jobs: Sequence[Job], out: Path, workers: int, timeout: float) -> 
         workers: processes.
         timeout: seconds for one object, after which it fails alone.
     """
-    from concurrent.futures import Future, TimeoutError, as_completed
-
-    from pebble import ProcessExpired, ProcessPool
-
     out.mkdir(parents=True, exist_ok=True)
     with ProcessPool(max_workers=workers) as pool:
         futures: dict[Future[Report], Job] = {pool.submit(import_one, timeout, j, out): j for j in jobs}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -80,8 +81,6 @@ def _check(options: Options, masses: Path | None) -> None:
 
 def _check_target(out: Path) -> None:
     """Imports go to a folder of their own."""
-    import json
-
     manifest = out / MANIFEST
     if out.exists() and not out.is_dir():
         raise GraspBenchError(f"--out {out} is not a folder.")

@@ -49,11 +49,7 @@ def measure(model: ObjectModel) -> dict[str, Any]:
     """
     shown = np.vstack([p.vertices for p in model.visual])
     solid = np.vstack(model.hulls)
-    lows = []
-    for pose in model.poses:
-        matrix = np.zeros(9)
-        mujoco.mju_quat2Mat(matrix, pose.quaternion)
-        lows.append(1000 * (pose.height + float((shown @ matrix.reshape(3, 3)[2]).min())))
+    lows = [1000 * (pose.height + float((shown @ pose.rotation[2]).min())) for pose in model.poses]
     scan, hulls = cavities(model)
     extents = 1000 * (np.ptp(solid, axis=0) - np.ptp(shown, axis=0))
     return {

@@ -15,6 +15,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 from PIL import Image
+from scipy.spatial import cKDTree
 
 from grasp_bench.objects.catalog import VisualPart
 
@@ -166,8 +167,6 @@ def bake(vertices: Floats, faces: Ints, source: Ints, paint: Paint) -> list[Visu
     added = np.nonzero(source[origin] < 0)[0]
     if len(added):
         # What closes a hole takes the colour of the nearest painted face.
-        from scipy.spatial import cKDTree
-
         centres = vertices[faces].mean(1)
         nearest = cKDTree(centres[painted]).query(centres[added])[1] if len(painted) else None
         rgb[added] = PLAIN if nearest is None else rgb[painted[nearest]]

@@ -27,11 +27,11 @@ class Dropout(nn.Module):
         self.dropped = round(p * STEPS)
 
     def extra_repr(self) -> str:
-        """What ``repr`` of a network says of this layer."""
+        """Return what ``repr`` of a network says of this layer."""
         return f"p={self.dropped / STEPS:g}"
 
     def forward(self, x: Tensor) -> Tensor:
-        """Any shape → the same shape and memory layout."""
+        """Map any shape to the same shape and memory layout."""
         if not self.training or not self.dropped:
             return x
         words = torch.empty((x.numel() + 3) // 4, dtype=torch.int64, device=x.device)

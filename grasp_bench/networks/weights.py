@@ -28,7 +28,6 @@ def save(network: nn.Module, path: Path, metadata: dict[str, Any]) -> None:
     """Write weights at once or not at all.
 
     Args:
-        network: to store.
         path: ``….safetensors``.
         metadata: JSON-able facts (network, steps, data, seed, accuracy …).
     """
@@ -46,11 +45,11 @@ def save(network: nn.Module, path: Path, metadata: dict[str, Any]) -> None:
 
 
 def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]]:
-    """Network ``name`` with weights, in evaluation mode, and their metadata.
+    """Build network ``name`` with weights, in evaluation mode; returned with the metadata of the weights.
 
     Args:
         name: a key of ``NETWORKS``.
-        path: weights; by default those shipped, whose SHA-256 must be that of the manifest.
+        path: file of weights; by default the shipped one, whose SHA-256 must be that of the manifest.
 
     Raises:
         AssetError: the file is missing, truncated, altered or of another network.

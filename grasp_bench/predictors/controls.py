@@ -36,7 +36,7 @@ class Oracle(PrivilegedPredictor):
     """
 
     def predict_from_truth(self, image: RgbdImage, truth: GroundTruth) -> list[Grasp]:
-        """The reference grasps of the resting pose the object lies in, best first."""
+        """Return the reference grasps of the resting pose the object is in, best first."""
         ups = [p.rotation[2] @ truth.rotation[2] for p in truth.model.graspable_poses]
         pose = truth.model.graspable_poses[int(np.argmax(ups))]
         return [
@@ -62,7 +62,7 @@ class Displaced(Oracle):
         self._angle = rng.uniform(-math.pi, math.pi)
 
     def predict_from_truth(self, image: RgbdImage, truth: GroundTruth) -> list[Grasp]:
-        """One grasp, 0.2 m beside where it should be."""
+        """Return one grasp, 0.2 m beside where it should be."""
         shift = self.DISTANCE * np.array([math.cos(self._angle), math.sin(self._angle), 0.0])
         moved = replace(truth, position=truth.position + shift)
         inside = [
@@ -76,15 +76,15 @@ class Displaced(Oracle):
 def project_grasp(
     truth: GroundTruth, tip: Floats, axis: Floats, top: float, width: float, quality: float
 ) -> Grasp:
-    """Image-plane grasp of a world grasp, on the plane where the planner deprojects it.
+    """Return the image-plane grasp of a world grasp, on the plane where the planner deprojects it.
 
     Args:
-        truth: camera and intrinsics.
+        truth: has the camera's pose and intrinsics.
         tip: (3,) TCP position [m].
         axis: (3,) jaw opening direction.
         top: height of what is grasped above the table [m].
-        width: jaw opening [m].
-        quality: 0 to 1.
+        width: distance between the pads before closing [m].
+        quality: taken over by the grasp, 0 to 1.
     """
     centre = np.array([tip[0], tip[1], top])
     half = 0.5 * width * np.array([axis[0], axis[1], 0.0]) / max(float(np.hypot(axis[0], axis[1])), 1e-9)
@@ -98,7 +98,7 @@ def project_grasp(
 
 
 def foreground(image: RgbdImage) -> tuple[NDArray[np.bool_], float]:
-    """(H, W) mask of the largest thing nearest the image's middle, and the table's depth [m].
+    """Return the (H, W) mask of the largest blob near the image's middle, and the table's depth [m].
 
     The table is taken to be the median depth of the middle of the image, which holds for a
     mostly empty table seen face on.
@@ -122,7 +122,7 @@ class Centroid:
 
     @seen_level
     def predict(self, image: RgbdImage) -> list[Grasp]:
-        """One grasp, or none where nothing stands out of the table."""
+        """Return one grasp, or none where nothing stands out of the table."""
         mask, _ = foreground(image)
         rows, columns = np.nonzero(mask)
         if len(rows) < 12:
@@ -154,7 +154,7 @@ class Random:
 
     @seen_level
     def predict(self, image: RgbdImage) -> list[Grasp]:
-        """One grasp, or none where nothing stands out of the table."""
+        """Return one grasp, or none where nothing stands out of the table."""
         mask, _ = foreground(image)
         rows, columns = np.nonzero(mask)
         if len(rows) == 0:
@@ -183,7 +183,7 @@ class Antipodal:
 
     @seen_level
     def predict(self, image: RgbdImage) -> list[Grasp]:
-        """Up to ten grasps; none where no pair of edges fits the jaws."""
+        """Return up to ten grasps; none where no pair of edges fits the jaws."""
         mask, table = foreground(image)
         rows, columns = np.nonzero(mask)
         if len(rows) < 12:

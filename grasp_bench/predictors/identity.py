@@ -13,11 +13,12 @@ from grasp_bench.predictors.use import in_use
 
 
 def identify(name: str, predictor: Predictor | None = None) -> dict[str, Any] | None:
-    """Facts that change when the predictor changes; None for a shipped one, which its version identifies.
+    """Return facts that change when the predictor changes; None for a shipped one, which its version
+    identifies.
 
     Args:
-        name: of the predictor.
-        predictor: itself where it is made already; otherwise it is loaded, and closed again.
+        name: what :func:`~grasp_bench.predictors.names.parse` takes.
+        predictor: the one of this name, where it is made already; otherwise it is loaded, and closed again.
 
     Returns:
         ``files``: SHA-256 of each source file, by name (see :func:`grasp_bench.predictors.sources.sources`),
@@ -41,7 +42,7 @@ def identify(name: str, predictor: Predictor | None = None) -> dict[str, Any] | 
 
 
 def describe(name: str, predictor: object) -> dict[str, Any]:
-    """The facts of a predictor that is loaded."""
+    """Return the facts of a predictor that is loaded."""
     facts = parse(name).facts(predictor)
     info = getattr(predictor, "info", None)
     return facts | {"info": _plain(name, info)} if callable(info) else facts

@@ -40,7 +40,7 @@ class Predictor(Protocol):
     """
 
     def predict(self, image: RgbdImage) -> list[Grasp]:
-        """Grasps in pixels and radians of the full ``image``, best first; empty for none."""
+        """Return grasps in pixels and radians of the full ``image``, best first; empty for none."""
         ...
 
 
@@ -49,10 +49,8 @@ class GroundTruth:
     """What only the controls ``oracle`` and ``displaced`` are told.
 
     Attributes:
-        model: the object.
-        position, rotation: its pose in the world.
-        camera: pose of the camera.
-        intrinsics: of the image.
+        position, rotation: the object's pose in the world, (3,) [m] and (3, 3).
+        camera, intrinsics: those of the camera that takes the image.
     """
 
     model: ObjectModel
@@ -67,10 +65,10 @@ class PrivilegedPredictor(ABC):
 
     @abstractmethod
     def predict_from_truth(self, image: RgbdImage, truth: GroundTruth) -> list[Grasp]:
-        """Grasps like :meth:`Predictor.predict`, made from the truth."""
+        """Return grasps like :meth:`Predictor.predict`, made from the truth."""
 
     def predict(self, image: RgbdImage) -> list[Grasp]:
-        """Refused: there is nothing to go by without the truth."""
+        """Refuse: there is nothing to go by without the truth."""
         raise PredictorError(
             f"{type(self).__name__} is a control that needs the simulator's truth; "
             "it cannot predict from an image alone"
@@ -93,9 +91,8 @@ def ask(
     the others ranked round by round: the best of each object first, higher objects before lower ones.
 
     Args:
-        predictor: to ask; it gets a copy of the image.
-        image: what the camera sees.
-        rng: the trial's random stream.
+        predictor: the one asked; it gets a copy of the image.
+        rng: the trial's random stream, for a predictor that has ``begin``.
         truths: what controls are told of each object; empty where there is no simulator.
 
     Raises:
@@ -116,7 +113,7 @@ def ask(
 
 
 def _copied(image: RgbdImage) -> RgbdImage:
-    """The predictor's own image; the planner needs the original."""
+    """Copy the image for the predictor; the planner needs the original."""
     return replace(image, rgb=image.rgb.copy(), depth=image.depth.copy())
 
 
@@ -131,7 +128,7 @@ def _in_turn(control: PrivilegedPredictor, image: RgbdImage, truths: Sequence[Gr
 
 
 def checked(grasps: Any, intrinsics: Intrinsics) -> list[Grasp]:
-    """The grasps with angles wrapped.
+    """Return the grasps with angles wrapped.
 
     Raises:
         PredictorError: naming the first grasp that is unusable, and why.

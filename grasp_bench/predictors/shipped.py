@@ -19,7 +19,7 @@ class Shipped:
     """A shipped predictor's name.
 
     Attributes:
-        name: as it is given.
+        name: what users call it.
         kind: ``network`` or ``control``.
         summary: one line for listings.
         path: ``module:Class``, imported when first used.
@@ -55,7 +55,7 @@ class Shipped:
         return maker(self.network.name, self.weights.path)
 
     def facts(self, predictor: object) -> dict[str, Any]:
-        """What identifies it: the version of grasp-bench, and its weights."""
+        """Return what identifies it: the version of grasp-bench, and its weights."""
         software = {"software": f"grasp-bench {version('grasp-bench')}"}
         if self.weights is None:
             return software
@@ -63,7 +63,7 @@ class Shipped:
         return software | {"files": {self.weights.name: self.weights.digest}}
 
     def details(self) -> dict[str, Any]:
-        """What there is to tell of a network and of its training, null where it is not known; else empty."""
+        """Return what is known of a network and of its training, None where it is not known; else empty."""
         if self.network is None or self.trained is None or self.weights is None:
             return {}
         try:

@@ -17,7 +17,7 @@ class Arm:
     """An arm of N joints that stands at the world's origin.
 
     Attributes:
-        name: what people call it.
+        name: what the arm is called in reports.
         file: MJCF file below the assets folder.
         scope: its name in composed models; those of its elements begin with ``scope/``.
         joints: (N,) names from base to flange, of joints and of their position actuators.

@@ -43,7 +43,7 @@ def through(
     speed: float = np.inf,
     limits: Sequence[float] = EC66.velocity_limits,
 ) -> Trajectory:
-    """Smooth motion through joint waypoints, at rest at both ends.
+    """Return a smooth motion through joint waypoints, at rest at both ends.
 
     The path is a cubic spline over the waypoints; a minimum-jerk law runs along it, slow
     enough for every joint to stay below ``speed_fraction`` of its velocity limit and for the

@@ -42,7 +42,7 @@ NOT_IN_THE_MODEL: set[str] = set(
 
 
 def stl_bytes(vertices: np.ndarray, faces: np.ndarray) -> bytes:
-    """Binary STL of a mesh; normals are left to the reader."""
+    """Return a mesh as binary STL; normals are left to the reader."""
     triangles = np.zeros(len(faces), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("tag", "<u2")])
     triangles["corners"] = np.asarray(vertices)[np.asarray(faces)]
     return bytes(80) + struct.pack("<I", len(faces)) + triangles.tobytes()
@@ -188,7 +188,7 @@ def add_table(root: Any, scenario: Scenario) -> None:
 
 
 def new_world(scenario: Scenario) -> Any:
-    """Empty MJCF model with the scenario's solver settings."""
+    """Make an empty MJCF model with the scenario's solver settings."""
     from dm_control import mjcf
 
     root = mjcf.RootElement(model="grasp_bench")
@@ -207,12 +207,11 @@ def new_world(scenario: Scenario) -> Any:
 
 
 def compose(scenario: Scenario, model: SceneObject | None, robot: Robot | None = EC66_PARALLEL_85) -> Any:
-    """The MJCF model (``dm_control.mjcf.RootElement``) of a trial's world.
+    """Compose the MJCF model (``dm_control.mjcf.RootElement``) of a trial's world.
 
     Args:
-        scenario: settings.
         model: the object, or None for an empty table.
-        robot: at the origin, or None for only table and object.
+        robot: stands at the origin; None for only table and object.
     """
     root = new_world(scenario)
     add_table(root, scenario)
@@ -224,12 +223,13 @@ def compose(scenario: Scenario, model: SceneObject | None, robot: Robot | None =
 
 
 def object_name(which: int) -> str:
-    """Name of the body of the ``which``-th of several objects."""
+    """Return the name of the body of the ``which``-th of several objects."""
     return f"{OBJECT}{which}"
 
 
 def compose_many(scenario: Scenario, models: Sequence[SceneObject], robot: Robot = EC66_PARALLEL_85) -> Any:
-    """The MJCF model of a world with robot, table and several objects, named by :func:`object_name`."""
+    """Compose the MJCF model of a world with robot, table and several objects, named by
+    :func:`object_name`."""
     root = new_world(scenario)
     add_table(root, scenario)
     root.attach(load_robot(robot, scenario, 1.0))
@@ -244,7 +244,7 @@ def compile_mjcf(root: Any) -> mujoco.MjModel:
 
 
 def cache_dir() -> Path:
-    """Folder of compiled models: ``$GRASP_BENCH_CACHE`` or the user's cache folder."""
+    """Return the folder of compiled models: ``$GRASP_BENCH_CACHE`` or the user's cache folder."""
     base = os.environ.get("GRASP_BENCH_CACHE") or os.environ.get("XDG_CACHE_HOME")
     return (Path(base) if base else Path.home() / ".cache") / "grasp-bench" / "models"
 
@@ -258,7 +258,7 @@ def _digest(scenario: Scenario, model: ObjectModel | None, robot: Robot | None) 
 
 @lru_cache
 def _fixed_digest(robot: Robot | None) -> str:
-    """Of what no trial of a process changes: MuJoCo, this code, and the robot's facts and files."""
+    """Digest what no trial of a process changes: MuJoCo, this code, and the robot's facts and files."""
     digest = hashlib.sha256(f"{mujoco.__version__}|{robot}|".encode())
     code = (Path(__file__).with_name(f"{name}.py") for name in ("builder", "hulls", "mounting"))
     for path in (*code, *(robot.files if robot else ())):
@@ -269,7 +269,7 @@ def _fixed_digest(robot: Robot | None) -> str:
 def compile_scene(
     scenario: Scenario, model: ObjectModel | None, robot: Robot | None = EC66_PARALLEL_85
 ) -> mujoco.MjModel:
-    """Compiled model of a trial's world, from the cache where it is there."""
+    """Compile the model of a trial's world, or take it from the cache where it is there."""
     path = cache_dir() / f"{_digest(scenario, model, robot)}.mjb"
     if path.is_file():
         try:

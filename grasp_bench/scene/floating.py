@@ -37,11 +37,11 @@ class Routine:
     """How a grasp is tried.
 
     Attributes:
-        closing_speed: of each finger [m/s].
-        lift: height [m].
-        lift_speed: metres per second.
+        closing_speed: speed of each finger [m/s].
+        lift: height to which the object is lifted [m].
+        lift_speed: speed of the lift [m/s].
         shake_hz: frequency of the shake, one period along each axis.
-        pause: standing still after closing and at the end [s].
+        pause: time of standing still after closing and at the end [s].
     """
 
     closing_speed: float = 0.15
@@ -75,7 +75,7 @@ class Attempt:
 def compile_floating(
     scenario: Scenario, objects: list[SceneObject], gripper: Gripper = PARALLEL_85
 ) -> mujoco.MjModel:
-    """Model of a table with ``objects`` and the floating ``gripper``.
+    """Compile a model of a table with ``objects`` and the floating ``gripper``.
 
     The gripper is read and attached by MuJoCo itself: dm_control needs 28 ms to read its file alone, and
     one such model is made for each scene of training data.
@@ -118,10 +118,10 @@ class FloatingGripper:
     """Tries grasps on the objects of one scene.
 
     Args:
-        model: from :func:`compile_floating`.
-        scenario: its settings.
-        count: how many objects there are.
-        gripper: that the model was compiled with.
+        model: compiled by :func:`compile_floating`.
+        scenario: the one the model was compiled with.
+        count: number of objects in the model.
+        gripper: the one the model was compiled with.
     """
 
     def __init__(
@@ -167,7 +167,7 @@ class FloatingGripper:
         return False
 
     def state(self) -> tuple[Floats, Floats]:
-        """Positions and velocities, for :meth:`attempt`."""
+        """Return positions and velocities, for :meth:`attempt`."""
         return self.data.qpos.copy(), self.data.qvel.copy()
 
     def attempt(
@@ -178,13 +178,13 @@ class FloatingGripper:
         opening: float,
         routine: Routine = REFERENCE,
     ) -> Attempt:
-        """Grasp from a saved state: appear open at ``tip``, close, lift and shake.
+        """Try a grasp from a saved state: appear open at ``tip``, close, lift and shake.
 
         Args:
-            state: from :meth:`state`.
+            state: positions and velocities, from :meth:`state`.
             tip: (3,) TCP position [m].
             yaw: jaw direction in the world [rad].
-            opening: of the jaws before closing [m].
+            opening: distance between the pads before closing [m].
             routine: how fast and how far.
         """
         model, data = self.model, self.data

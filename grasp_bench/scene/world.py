@@ -57,15 +57,15 @@ class World:
 
     Args:
         model: compiled by :func:`grasp_bench.scene.builder.compile_scene`, robot included.
-        scenario: its settings.
+        scenario: the one the model was compiled with.
         objects: names of the objects' bodies; the first is the target at the start.
-        friction: of each object against the pads, which take on the target's; without it they stay as
+        friction: each object's friction against the pads, which take on the target's; without it they stay as
             compiled.
-        robot: that the model was compiled with.
+        robot: the one the model was compiled with.
 
     Attributes:
         target: index of the object that is tried.
-        pads: (2,) numbers of the geoms of the left and the right pad.
+        pads: (2,) ids of the geoms of the left and the right pad.
     """
 
     def __init__(
@@ -149,7 +149,7 @@ class World:
         self._starts = [float(self.data.xpos[body][2]) for body in self.bodies]
 
     def rise(self, which: int | None = None) -> float:
-        """How far an object, by default the target, is above where it was marked [m]."""
+        """Return how far an object, by default the target, is above where it was marked [m]."""
         chosen = self.target if which is None else which
         return float(self.data.xpos[self.bodies[chosen]][2]) - self._starts[chosen]
 
@@ -258,7 +258,7 @@ class World:
         return self.data.qvel[self._arm_v].copy()
 
     def touch(self) -> Touch:
-        """What the object touches now, and how hard."""
+        """Return what the object touches now, and how hard."""
         force = np.zeros(6)
         left = right = 0.0
         elsewhere: set[str] = set()
@@ -281,7 +281,7 @@ class World:
         return Touch(left, right, tuple(sorted(elsewhere)))
 
     def collision_force(self) -> tuple[float, str]:
-        """Greatest normal force [N] of the robot against object or table, and what it meets."""
+        """Return the greatest normal force [N] of the robot against object or table, and what it meets."""
         force = np.zeros(6)
         worst, name = 0.0, ""
         for i in touching(self.data, self._is_robot, self._is_any_object | self._is_table):

@@ -41,14 +41,12 @@ def run_episode(
     """Clear one table.
 
     Args:
-        cell: scenario, planner and camera.
-        catalog: of all objects.
-        predictor: proposes grasps.
+        catalog: holds the objects that may be on the table.
         job: number in the run, the object that is surely on the table (the others are drawn at random), and
             how many episodes of the run had it before.
-        seed: of the run.
-        clock: for the phases of all attempts together.
-        watch: what shall watch the attempt of a number.
+        seed: the run's seed.
+        clock: takes the times of all attempts together; a new one by default.
+        watch: gives the watcher of the attempt of a number.
     """
     clock = clock or Clock()
     scenario = cell.scenario
@@ -105,7 +103,7 @@ def run_episode(
 
 
 def drawn(lead: str, catalog: Catalog, scenario: Scenario, rng: np.random.Generator) -> list[str]:
-    """Names of an episode's objects: ``lead``, and others at random."""
+    """Draw the names of an episode's objects: ``lead``, and others at random."""
     assert scenario.clutter is not None
     others = [n for n in catalog.chosen(scenario.objects.names) if n != lead]
     count = int(rng.integers(scenario.clutter.fewest, scenario.clutter.most + 1))

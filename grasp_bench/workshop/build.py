@@ -50,8 +50,8 @@ def _metres(parts: list[Part]) -> list[Part]:
 
 
 def mass_properties(parts: list[Part], mass: float) -> tuple[np.ndarray, np.ndarray]:
-    """Centre of mass (3,) [m] and inertia (3, 3) about it [kg m²] of parts (metres) whose
-    material densities are scaled together so that they weigh ``mass`` [kg]."""
+    """Return the centre of mass (3,) [m] and inertia (3, 3) about it [kg m²] of parts (metres) whose material
+    densities are scaled together so that they weigh ``mass`` [kg]."""
     weights = np.array([MATERIALS[p.material].density * p.mesh.volume for p in parts])
     shares = mass * weights / weights.sum()
     centres = np.array([p.mesh.center_mass for p in parts])
@@ -65,7 +65,7 @@ def mass_properties(parts: list[Part], mass: float) -> tuple[np.ndarray, np.ndar
 
 
 def fingerprint(parts: list[Part], spec: ObjectSpec) -> str:
-    """Digest of all that the shape stage depends on."""
+    """Digest all that the shape stage depends on."""
     digest = hashlib.sha256(f"{SHAPE_VERSION}|{spec.mass}|{spec.material}".encode())
     for part in parts:
         digest.update(np.round(np.asarray(part.mesh.vertices), 4).tobytes())
@@ -123,7 +123,7 @@ def build_shape(spec: ObjectSpec, folder: Path) -> bool:
 
 
 def rounded(values: Any, digits: int) -> Any:
-    """Nested lists of rounded numbers, for JSON."""
+    """Return nested lists of rounded numbers, for JSON."""
     return np.round(np.asarray(values, float), digits).tolist()
 
 
@@ -173,8 +173,8 @@ def build_all(
     """Build objects on ``workers`` processes; yields (name, outcome) as each ends.
 
     Args:
-        folder: target, normally ``assets/objects``.
-        names: which; all registered when None.
+        folder: where the objects' folders go, normally ``assets/objects``.
+        names: those of the objects to build; all registered ones when None.
         stage: ``shape``, ``rest`` or ``all``.
     """
     import grasp_bench.workshop.household  # noqa: F401  (registers the objects)

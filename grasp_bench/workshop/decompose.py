@@ -46,7 +46,7 @@ class DecompositionError:
 
 
 def _qhull(points: Floats) -> ConvexHull:
-    """Convex hull; nearly coplanar points that defeat Qhull's merging are joggled."""
+    """Compute a convex hull; nearly coplanar points that defeat Qhull's merging are joggled."""
     try:
         return ConvexHull(points)
     except QhullError:
@@ -54,7 +54,7 @@ def _qhull(points: Floats) -> ConvexHull:
 
 
 def reduce_hull(points: Floats, limit: int = MAX_VERTICES) -> Mesh:
-    """Convex hull of (N, 3) points with at most ``limit`` vertices.
+    """Return the convex hull of (N, 3) points with at most ``limit`` vertices.
 
     Starts from the extreme points along the axes and keeps adding the point that lies
     farthest outside, which bounds the deviation and keeps flat faces flat.
@@ -100,7 +100,7 @@ def coacd_pieces(mesh: Mesh, threshold: float, **settings: Any) -> list[Floats]:
 
 
 def decompose(parts: list[Part]) -> list[Mesh]:
-    """Convex hulls of an object, at most :data:`MAX_HULLS` in all, in the parts' units.
+    """Return convex hulls of an object, at most :data:`MAX_HULLS` in all, in the parts' units.
 
     Raises:
         ValueError: when even the coarsest concavity leaves more pieces.
@@ -120,7 +120,7 @@ def decompose(parts: list[Part]) -> list[Mesh]:
 
 
 def compare(solid: Mesh, hulls: list[Mesh]) -> DecompositionError:
-    """How far the union of ``hulls`` strays from ``solid`` (both in metres)."""
+    """Measure how far the union of ``hulls`` strays from ``solid`` (both in metres)."""
     body = union(*hulls)
     # Measured on what the hulls add: faces inside the solid, where parts only touch, do not count.
     added = difference(body, solid)

@@ -25,8 +25,8 @@ UPRIGHT = 0.94
 
 
 def gallery_pictures(model: ObjectModel, size: int = TILE) -> list[Image.Image]:
-    """Two pictures (size × size) of the object as it rests: upright if it can be grasped so, else as
-    it most often does where it can.
+    """Draw two pictures (size × size) of the object as it rests: upright if it can be grasped so, else as it
+    most often does where it can.
 
     The first shows it plain, the second, from the other side, under its convex pieces; both with
     the fingers at the best reference grasp, open.
@@ -54,7 +54,7 @@ def gallery_pictures(model: ObjectModel, size: int = TILE) -> list[Image.Image]:
 def _place(
     rotation: NDArray[np.float64], grasp: ReferenceGrasp, side: int
 ) -> tuple[NDArray[np.float64], float]:
-    """Middle of a finger in the resting object's axes, about its centre of mass, and its yaw."""
+    """Return the middle of a finger in the resting object's axes, about its centre of mass, and its yaw."""
     axis = rotation @ grasp.axis
     middle = rotation @ grasp.tip + side * (grasp.width / 2 + FINGER[0]) * axis + [0, 0, FINGER[2]]
     return middle, float(np.arctan2(axis[1], axis[0]))
@@ -82,7 +82,7 @@ def _add_finger(
 
 
 def gallery_sheet(models: list[ObjectModel], columns: int = 5, size: int = 150) -> Image.Image:
-    """Contact sheet of :func:`gallery_pictures`, names below."""
+    """Draw a contact sheet of :func:`gallery_pictures`, names below."""
     caption, rows = 14, -(-len(models) // columns)
     sheet = Image.new("RGB", (columns * (2 * size + 6), rows * (size + caption)), "white")
     draw = ImageDraw.Draw(sheet)

@@ -23,11 +23,10 @@ VIEWS = ((-35.0, 130.0), (-60.0, 220.0))
 def scene_of(
     parts: list[VisualPart], rotation: np.ndarray, reach: np.ndarray | None = None
 ) -> tuple[mujoco.MjSpec, float, np.ndarray]:
-    """Parts on a light floor, scaled so that the diagonal is 1.
+    """Put parts on a light floor, scaled so that the diagonal is 1.
 
     Args:
-        parts: of the object.
-        rotation: (3, 3) of the object.
+        rotation: (3, 3) by which the parts are turned.
         reach: (N, 3) further points, in the rotated axes, that the pictures must show.
 
     Returns:
@@ -77,7 +76,7 @@ def add_mesh(
 def shoot(
     model: mujoco.MjModel, centre: np.ndarray, views: tuple[tuple[float, float], ...], size: int
 ) -> list[Image.Image]:
-    """Pictures (size × size) of a scene of :func:`scene_of` from each (elevation, azimuth) in degrees.
+    """Take pictures (size × size) of a scene of :func:`scene_of` from each (elevation, azimuth) in degrees.
 
     Raises:
         GraspBenchError: where no OpenGL can be had.
@@ -108,13 +107,10 @@ def render_parts(
     size: int = TILE,
     rotation: np.ndarray | None = None,
 ) -> list[Image.Image]:
-    """Pictures (size × size) of coloured parts from each (elevation, azimuth) in degrees.
+    """Draw pictures (size × size) of coloured parts from each (elevation, azimuth) in degrees.
 
     Args:
-        parts: of the object.
-        views: camera directions.
-        size: edge of a picture in pixels.
-        rotation: (3, 3) of the object before it is put on the floor; upright when None.
+        rotation: (3, 3) by which the object is turned before it is put on the floor; upright when None.
 
     Raises:
         GraspBenchError: where no OpenGL can be had.
@@ -125,7 +121,7 @@ def render_parts(
 
 
 def object_picture(model: ObjectModel, size: int = 2 * TILE) -> Image.Image:
-    """The object from its two standard views, side by side."""
+    """Draw the object from its two standard views, side by side."""
     return _side_by_side(render_parts(model.visual, size=size), size)
 
 
@@ -137,7 +133,7 @@ def _side_by_side(sides: list[Image.Image], size: int) -> Image.Image:
 
 
 def traced_picture(model: ObjectModel, size: int = TILE) -> Image.Image:
-    """The object from its two standard views, and its convex pieces, each in a colour of its own.
+    """Draw the object from its two standard views, and its convex pieces, each in a colour of its own.
 
     Drawn by MuJoCo's ray caster: needs no OpenGL.
     """
@@ -150,7 +146,7 @@ def traced_picture(model: ObjectModel, size: int = TILE) -> Image.Image:
 
 
 def traced_parts(parts: list[VisualPart], view: tuple[float, float], size: int = TILE) -> Image.Image:
-    """Picture (size × size) of coloured parts from (elevation, azimuth) in degrees, without OpenGL."""
+    """Draw coloured parts (size × size) from (elevation, azimuth) in degrees, without OpenGL."""
     spec, _, centre = scene_of(parts, np.eye(3))
     model = spec.compile()
     data = mujoco.MjData(model)
@@ -169,7 +165,7 @@ def traced_parts(parts: list[VisualPart], view: tuple[float, float], size: int =
 def contact_sheet(
     models: list[ObjectModel], columns: int = 12, names: bool = True, size: int = TILE // 2
 ) -> Image.Image:
-    """One tile an object, row by row, as the objects were modelled."""
+    """Draw one tile an object, row by row, as the objects were modelled."""
     caption = 14 if names else 0
     rows = -(-len(models) // columns)
     sheet = Image.new("RGB", (columns * size, rows * (size + caption)), "white")

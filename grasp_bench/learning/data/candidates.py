@@ -55,11 +55,9 @@ def propose(
     """Draw about ``count`` candidates of all :data:`SOURCES`; fewer where there is little to grasp.
 
     Args:
-        gripper: beside the scene at rest.
-        found: analysis of ``field``.
-        field: true heights.
-        count: candidates wanted.
-        rng: draws them.
+        gripper: parked beside the scene at rest.
+        found: what the analysis of ``field`` gave.
+        field: true heights of the scene.
     """
     wanted = [round(count * share) for share in SHARES]
     best = _apart(maxima(found, 100, threshold=LEAST_QUALITY), [], wanted[0])

@@ -34,10 +34,10 @@ def export_jacquard(folder: Path, out: Path, size: int = SIZE, limit: int | None
     """Write the scenes of ``folder`` that have grasps into ``out``.
 
     Args:
-        folder: made by `grasp-bench data synth`.
+        folder: data set made by `grasp-bench data synth`.
         out: folder to make or to add to; finished scenes there are kept.
         size: side of the images [px].
-        limit: scenes at most.
+        limit: greatest number of scenes written; None for all.
 
     Returns:
         scenes in ``out`` after all, and scenes left out because nothing held in them.
@@ -108,7 +108,7 @@ def heights(depth: NDArray[np.float32], intrinsics: Floats, rotation: Floats, po
     """Return the (S, S) height above the table [m] of what each pixel sees.
 
     Args:
-        depth: z-depth [m].
+        depth: (S, S) z-depth [m].
         intrinsics: fx, fy, cx, cy [px].
         rotation, position: of the camera in the world; columns of the rotation are camera axes.
     """

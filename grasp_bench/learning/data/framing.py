@@ -77,7 +77,7 @@ class Framed:
         rgb: (S, S, 3) uint8.
         depth: (S, S) float32 metres, level, 0 = invalid.
         rectangles: (N, 4, 2) in pixels of the frame; some may lie outside.
-        frame: where it was cut.
+        frame: the square of the image that is shown.
     """
 
     rgb: NDArray[np.uint8]

@@ -56,11 +56,11 @@ def generate(
     """Generate scenes 0 … ``scenes`` − 1 into ``out``, keeping those already there.
 
     Args:
-        out: folder of the data set.
-        scenes: how many it shall have.
-        seed: of the set.
-        config: parameters; must be those of the scenes already there.
-        workers: processes.
+        out: folder of the data set, made where it is missing.
+        scenes: number of scenes the data set is to have.
+        seed: together with a scene's number it determines the scene.
+        config: parameters; they must be those of the scenes already there.
+        workers: number of processes.
         report: called with each scene's index entry, or None for one that failed, and whether it was
             made now.
 

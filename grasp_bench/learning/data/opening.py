@@ -17,7 +17,8 @@ def open_collection(root: Path, name: DatasetName | None = None, depth: str = "p
     Args:
         root: folder of a full copy or a part; images may lie in folders below.
         name: data set that must be there.
-        depth: of Jacquard: 'perfect' (rendered) or 'stereo' (with a simulated sensor's errors).
+        depth: which of Jacquard's is read: 'perfect' (rendered) or 'stereo' (with a simulated sensor's
+            errors).
 
     Raises:
         AssetError: when there is no complete sample.

@@ -27,11 +27,11 @@ class Sample:
     """One labelled image.
 
     Attributes:
-        name: of the image, unique in its collection.
+        name: identifies the image in its collection.
         rgb: (H, W, 3) uint8.
-        depth: (H, W) float32 metres, 0 where invalid. In which sense differs between data
+        depth: (H, W) float32 metres, 0 where invalid. What it is measured from differs between data
             sets (see their modules); :func:`grasp_bench.learning.data.levelling.levelled` makes them alike.
-        rectangles: (N, 4, 2) of good grasps.
+        rectangles: (N, 4, 2) corners of the labelled good grasps [px].
         dropped: labelled rectangles that were left out because they hold NaN.
     """
 
@@ -51,9 +51,9 @@ class Entry:
     """Where one sample lies.
 
     Attributes:
-        name: of the sample.
+        name: identifies the sample in its collection.
         object: what it shows, by the copy's own identifiers; None where the copy has none.
-        labels, rgb, depth: files.
+        labels, rgb, depth: the files it is read from.
     """
 
     name: str
@@ -68,7 +68,7 @@ class Collection(ABC):
     """A copy of a data set, whole or in part.
 
     Attributes:
-        root: folder.
+        root: folder of the copy.
         entries: complete samples, in order of their names.
         missing: files without which a labelled sample is incomplete, relative to ``root``.
         window: side of the square about the image's middle that is looked at [px]. Fixed for

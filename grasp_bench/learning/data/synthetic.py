@@ -62,7 +62,7 @@ class SynthConfig:
         size: side of the stored middle of the image [px].
         several: share of scenes with two or three objects.
         spread: half side of the square in which objects are put [m].
-        tries: grasps tried in physics per scene.
+        tries: number of grasps tried in physics per scene.
         refuted: factor on the quality of what failed in physics.
         hopeless: share of the scenes without a grasp that held which is kept.
     """

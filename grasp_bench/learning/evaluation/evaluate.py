@@ -52,16 +52,14 @@ class Question:
     """What is evaluated on what.
 
     Attributes:
-        predictor: a name, or ``module:Class``.
-        dataset: 'cornell', 'jacquard' or 'synthetic'.
-        root: folder.
-        split: how folds are made.
-        protocol: 'strict' or 'legacy'.
-        folds: how many test sets; together they are all images.
+        root: folder of the data set.
+        split: how folds are made; see :func:`grasp_bench.learning.data.folds.make_folds`.
+        protocol: a key of :data:`~grasp_bench.learning.evaluation.protocols.CONVENTIONS`.
+        folds: number of test sets; together they are all images.
         only: fold (from 1) that alone is evaluated; None for all.
-        weights: of a network instead of the shipped ones.
-        depth: of Jacquard, 'perfect' or 'stereo'.
-        seed: of the folds, and of what 'legacy' draws.
+        weights: file that a network uses instead of the shipped one.
+        depth: which of Jacquard's is read, 'perfect' or 'stereo'.
+        seed: makes the folds, and what 'legacy' draws.
     """
 
     predictor: str

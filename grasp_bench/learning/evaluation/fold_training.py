@@ -20,11 +20,11 @@ class Training:
     """How a model is trained for each fold, on the other folds.
 
     Attributes:
-        settings: of the runs.
+        settings: those of every run, apart from network and first weights.
         init: weights to begin with; None for random ones.
         synthetic: folders of generated scenes mixed in.
         real_share: share of the real images in what is seen, if others are mixed in.
-        out: folder of the runs. Finished folds there are not trained again.
+        out: folder that holds a run for each fold. Finished folds there are not trained again.
     """
 
     settings: TrainConfig

@@ -26,8 +26,8 @@ class Judged:
     Attributes:
         verdict: 'correct'; 'wrong_angle' when a label overlaps enough but none within 30°;
             'elsewhere' when none overlaps enough; 'none' when there was no grasp.
-        iou: largest with a label within 30°.
-        angle: to the label that overlaps most [rad]; NaN where none overlaps.
+        iou: largest intersection over union with a label within 30°.
+        angle: between the grasp and the label that overlaps most [rad]; NaN where none overlaps.
     """
 
     verdict: Verdict

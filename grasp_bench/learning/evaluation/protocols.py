@@ -45,11 +45,11 @@ class Case:
     """One image as a predictor is shown it, with labels in its pixels.
 
     Attributes:
-        name: of the sample.
+        name: identifies the sample in its collection.
         object: what it shows, if known.
         rgb, depth: as in :class:`grasp_bench.learning.data.framing.Framed`.
-        rectangles: (N, 4, 2).
-        dropped: labels that held NaN.
+        rectangles: (N, 4, 2) labels in pixels of the case.
+        dropped: number of labels that held NaN.
     """
 
     name: str

@@ -24,10 +24,10 @@ class View:
     """How a crop is taken.
 
     Attributes:
-        rotation: of the picture's content about the scene's middle, counter-clockwise [rad].
+        rotation: turn of the picture's content about the scene's middle, counter-clockwise [rad].
         mirror: left and right exchanged, before the rotation.
         scale: magnification.
-        shift: (x, y) of the content [px of the crop], after all else.
+        shift: (x, y) by which the content is moved [px of the crop], after all else.
     """
 
     rotation: float = 0.0

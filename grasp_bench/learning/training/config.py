@@ -27,7 +27,7 @@ class Option:
     """How a setting is typed, where that does not follow from the field's name.
 
     Attributes:
-        names: of the option, such as ``--predictor``; of a switch ``--on/--off``.
+        names: what is typed, such as ``--predictor``; ``--on/--off`` for a switch.
         off: whether it is a switch that turns the setting off and has no counterpart.
     """
 

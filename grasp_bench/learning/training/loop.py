@@ -44,9 +44,9 @@ class Trained:
     """A finished run.
 
     Attributes:
-        network: in evaluation mode, averaged weights if there are any. The last step's, not
+        network: in evaluation mode, with averaged weights if there are any. Those of the last step, not
             the best validated one's: choosing by validation would flatter the accuracy.
-        accuracy: on the validation scenes.
+        accuracy: what validation after the last step gave.
     """
 
     network: nn.Module
@@ -59,10 +59,7 @@ def train(
     """Train a network, going on from the checkpoint in ``out`` if there is one.
 
     Args:
-        config: settings.
-        scenes: data in memory.
         out: folder for ``checkpoint.safetensors`` and ``log.jsonl``.
-        report: progress callback.
         init: weights to begin with instead of random ones.
 
     Raises:

@@ -47,8 +47,8 @@ class RealScenes(Sequence[Scene]):
     """Scenes of some samples of a collection, read when first needed.
 
     Args:
-        collection: copy of a data set.
-        indices: of the samples.
+        collection: copy of a data set that holds the samples.
+        indices: which of its samples are meant.
         crop: side of the network's input [px].
     """
 

@@ -32,7 +32,7 @@ class Source:
     """A folder and its share of the samples.
 
     Attributes:
-        folder: of synthetic scenes, or the root of a Cornell or Jacquard copy.
+        folder: one with synthetic scenes, or the root of a Cornell or Jacquard copy.
         weight: share of what is seen, relative to the other folders'; None for the folder's
             number of scenes, so that all scenes are seen equally often.
     """
@@ -136,7 +136,7 @@ def gather(
     """Gather the scenes of all folders.
 
     Args:
-        sources: folders.
+        sources: folders with their shares.
         crop: side of the network's input [px].
         holdout: (fold from 0, folds) of the real images that are left out of the training; they
             are validated on, which chooses nothing.

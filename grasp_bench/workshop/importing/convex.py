@@ -39,7 +39,7 @@ volume a millimetre more multiplies."""
 
 
 def decompose_whole(solid: Mesh) -> tuple[list[Mesh], DecompositionError]:
-    """At most 32 hulls of at most 64 vertices (metres), and how far they stray.
+    """Return at most 32 hulls of at most 64 vertices (metres), and how far they stray.
 
     Raises:
         RefusedError: where no setting keeps within bounds.
@@ -67,7 +67,7 @@ def decompose_whole(solid: Mesh) -> tuple[list[Mesh], DecompositionError]:
 
 
 def beyond(error: DecompositionError, solid: Mesh) -> list[str]:
-    """Names of the bounds that are not kept."""
+    """Return the names of the bounds that are not kept."""
     bad = [n for n in ("mean_distance", "max_distance") if getattr(error, n) > BOUNDS[n][1]]
     low, high = BOUNDS["volume_ratio"]
     added = (error.volume_ratio - 1) * solid.volume / (solid.area / 2)
@@ -77,7 +77,8 @@ def beyond(error: DecompositionError, solid: Mesh) -> list[str]:
 
 
 def few_vertices(points: Floats) -> Mesh:
-    """Hull of (N, 3) points with at most 64 vertices; round ones keep their volume, not their girth."""
+    """Return the hull of (N, 3) points with at most 64 vertices; round ones keep their volume, not their
+    girth."""
     reduced = reduce_hull(points)
     whole = trimesh.convex.convex_hull(points).volume
     if reduced.volume > SHRUNK * whole:

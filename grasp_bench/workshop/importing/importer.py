@@ -57,7 +57,6 @@ class Report:
     """What came of one object.
 
     Attributes:
-        name: of the object.
         status: ``imported``, ``up to date`` or ``failed``.
         why: the reason of a failure.
         details: the content of ``object.json``; empty after a failure.
@@ -162,11 +161,10 @@ def import_shape(job: Job, out: Path) -> bool:
 
 
 def spread_mass(solid: Mesh, mass: float, how: str) -> tuple[Floats, Floats]:
-    """Centre of mass (3,) [m] and inertia (3, 3) about it [kg m²].
+    """Return the centre of mass (3,) [m] and inertia (3, 3) about it [kg m²].
 
     Args:
         solid: closed mesh [m].
-        mass: kilograms.
         how: ``solid``, evenly over the volume; ``shell``, evenly over the surface.
     """
     if how == "solid":
@@ -203,7 +201,7 @@ def _mass(body: Body, options: Options) -> tuple[float, str]:
 
 
 def _mark(options: Options, folder: Folder, names: Iterable[str]) -> str:
-    """Digest of the options and of the named files as they are now."""
+    """Digest the options and the named files as they are now."""
     digest = hashlib.sha256(f"{IMPORT_VERSION}|{options}".encode())
     for name in sorted(names):
         try:
@@ -215,7 +213,7 @@ def _mark(options: Options, folder: Folder, names: Iterable[str]) -> str:
 
 
 def _up_to_date(done: Path, options: Options, folder: Folder) -> bool:
-    """The shape stage was done with these options from these very files."""
+    """Return whether the shape stage was done with these options from these very files."""
     try:
         before = json.loads(done.read_text())
         return _mark(options, folder, before["import"]["files"]) == before["fingerprint"]
@@ -224,7 +222,7 @@ def _up_to_date(done: Path, options: Options, folder: Folder) -> bool:
 
 
 def import_one(job: Job, out: Path) -> Report:
-    """Both stages, picture and measurements of one object.
+    """Do both stages, picture and measurements of one object.
 
     Raises:
         RefusedError: with the reason, for what cannot be imported.
@@ -245,10 +243,9 @@ def import_all(jobs: Sequence[Job], out: Path, workers: int, timeout: float) -> 
     """Import on ``workers`` processes; yields reports as objects end, failed ones too.
 
     Args:
-        jobs: what to import.
-        out: folder of the objects.
-        workers: processes.
-        timeout: seconds for one object, after which it fails alone.
+        out: folder that the objects' folders go to.
+        workers: number of processes.
+        timeout: time after which an object fails, alone [s].
     """
     out.mkdir(parents=True, exist_ok=True)
     with ProcessPool(max_workers=workers) as pool:

@@ -39,7 +39,7 @@ def finish(folder: Path) -> bool:
 
 
 def measure(model: ObjectModel) -> dict[str, Any]:
-    """Footing and cavity of an object.
+    """Measure footing and cavity of an object.
 
     Returns:
         ``footing``: in millimetres, the largest gap between table and scan in any resting pose,
@@ -63,7 +63,7 @@ def measure(model: ObjectModel) -> dict[str, Any]:
 
 
 def cavities(model: ObjectModel) -> tuple[float, float]:
-    """Volumes [m³] of water that the shown mesh, and the hulls, hold standing as modelled."""
+    """Return the volumes [m³] of water that the shown mesh, and the hulls, hold standing as modelled."""
     scenario = Scenario(name="measure")
     compiled = compile_mjcf(compose(scenario, model, robot=None))
     data = mujoco.MjData(compiled)
@@ -82,7 +82,7 @@ def cavities(model: ObjectModel) -> tuple[float, float]:
 
 
 def flood(heights: NDArray[np.floating]) -> Floats:
-    """The level (N, M) at which water over each cell runs off over the border.
+    """Return the level (N, M) at which water over each cell runs off over the border.
 
     Cells are filled from the border inwards, lowest first (Barnes, Lehman and Mulla 2014,
     *Priority-flood*).

@@ -43,7 +43,7 @@ class Paint:
         corner_rgb: (F, 3, 3) colour at each corner in [0, 1]; multiplies the texture.
         corner_uv: (F, 3, 2) texture coordinates, origin at the picture's lower left; NaN without.
         texture: (F,) index into ``pictures``, −1 for none.
-        pictures: (H, W, 3) in [0, 1].
+        pictures: (H, W, 3) uint8 textures.
         roughness: 0 to 1.
     """
 
@@ -59,7 +59,7 @@ class Paint:
         return bool((self.texture >= 0).any() or (np.ptp(self.corner_rgb, axis=1) > 0.02).any())
 
     def at(self, face: Ints, places: Floats) -> Floats:
-        """Colours (N, 3) at barycentric ``places`` (N, 3) of ``face`` (N,)."""
+        """Return colours (N, 3) at barycentric ``places`` (N, 3) of ``face`` (N,)."""
         rgb = np.einsum("nc,nck->nk", places, self.corner_rgb[face])
         for i, picture in enumerate(self.pictures):
             which = np.nonzero(self.texture[face] == i)[0]
@@ -78,7 +78,8 @@ class Paint:
 
 
 def read_paint(mesh: trimesh.Trimesh, picture: Image.Image | None = None) -> Paint:
-    """Colours of one loaded mesh; ``picture`` is its texture where it has coordinates but no texture."""
+    """Read the colours of a loaded mesh; ``picture`` is its texture where it has coordinates but no
+    texture."""
     count = len(mesh.faces)
     corner_rgb = np.ones((count, 3, 3)) * PLAIN
     uv = np.full((count, 3, 2), np.nan)
@@ -116,7 +117,7 @@ def _unit(color: NDArray) -> Floats:
 
 
 def join(paints: list[Paint]) -> Paint:
-    """The paint of meshes put one after the other."""
+    """Return the paint of meshes put one after the other."""
     pictures: list[NDArray[np.uint8]] = []
     texture = []
     for paint in paints:
@@ -133,13 +134,13 @@ def join(paints: list[Paint]) -> Paint:
 
 
 def bake(vertices: Floats, faces: Ints, source: Ints, paint: Paint) -> list[VisualPart]:
-    """Parts of one colour each.
+    """Make parts of one colour each.
 
     Args:
-        vertices: (V, 3) [m].
-        faces: (F, 3).
+        vertices: (V, 3) those of the mesh [m].
+        faces: (F, 3) those of the mesh.
         source: (F,) the painted face each came from, −1 for one that was added in repair.
-        paint: of the source faces.
+        paint: the colours of the source faces.
     """
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     origin = np.arange(len(faces))
@@ -182,7 +183,7 @@ def _compact(vertices: Floats, faces: Ints) -> tuple[Floats, NDArray[np.int32]]:
 
 
 def _palette(rgb: Floats) -> list[tuple[tuple[float, float, float], Ints]]:
-    """Colours, and the faces of each."""
+    """Return colours, and the faces of each."""
     pixels = np.round(rgb * 255).astype(np.uint8)
     kinds = len(np.unique(pixels, axis=0))
     picture = Image.fromarray(pixels[None])

@@ -36,7 +36,7 @@ class Mended:
     """A mesh under repair.
 
     Attributes:
-        vertices: (V, 3) [m].
+        vertices: (V, 3) those of the mesh [m].
         faces: (F, 3).
         source: (F,) the face of the file each came from, −1 for added ones.
         notes: what was done, in plain words.
@@ -58,7 +58,7 @@ def mend(vertices: Floats, faces: Ints, holes: str = "auto") -> Mended:
     """Weld, clean, orient and close a mesh.
 
     Args:
-        vertices: (V, 3) [m].
+        vertices: (V, 3) those of the mesh [m].
         faces: (F, 3).
         holes: ``fill`` closes every hole, ``keep`` none; ``auto`` closes small ones and the
             underside, and keeps others, such as the mouth of a bowl modelled as a bare surface.
@@ -163,7 +163,7 @@ def _boxes(mesh: Mended, label: Ints) -> tuple[Floats, Floats]:
 
 
 def pieces(faces: Ints) -> Ints:
-    """(F,) number of the connected piece each face belongs to, by shared edges."""
+    """Return (F,) the number of the connected piece each face belongs to, by shared edges."""
     _, edge, count = _edges(faces)
     face = np.repeat(np.arange(len(faces)), 3)
     links = coo_matrix((np.ones(len(face), np.int8), (face, edge)), shape=(len(faces), len(count))).tocsr()
@@ -208,7 +208,7 @@ def orient(mesh: Mended) -> None:
 
 
 def _inside_another(mesh: Mended, label: Ints, closed: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Pieces within another closed one's box: a cavity, which is meant to face inwards."""
+    """Return which pieces are within another closed one's box: a cavity, which is meant to face inwards."""
     low, high = _boxes(mesh, label)
     within = np.zeros(len(closed), bool)
     for i in np.nonzero(closed)[0]:
@@ -220,7 +220,7 @@ def _inside_another(mesh: Mended, label: Ints, closed: NDArray[np.bool_]) -> NDA
 
 
 def border_loops(faces: Ints) -> list[Ints]:
-    """Closed chains of vertices along edges that belong to one face only, in those edges' sense."""
+    """Return closed chains of vertices along edges that belong to one face only, in those edges' sense."""
     edges, index, count = _edges(faces)
     single = edges[count[index] == 1]
     following: dict[int, list[int]] = {}
@@ -295,7 +295,8 @@ def close_holes(mesh: Mended, holes: str) -> None:
 
 
 def _fill(loop: Ints, points: Floats, normal: Floats, free: int) -> tuple[Ints, Floats | None]:
-    """Faces over a loop: triangles of its plane figure where that is sound, else a fan about its middle."""
+    """Make faces over a loop: triangles of its plane figure where that is sound, else a fan about its
+    middle."""
     backwards = loop[::-1]  # a border runs against the sense of the faces that close it
     if len(loop) == 3:
         return backwards[None], None

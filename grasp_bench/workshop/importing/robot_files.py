@@ -33,7 +33,7 @@ CONVEX = 1.10
 
 
 def import_robot_file(folder: Folder, name: str, options: Options) -> Body:
-    """The rigid object of an MJCF or URDF file.
+    """Import the rigid object of an MJCF or URDF file.
 
     Raises:
         RefusedError: with the reason, for what cannot be imported.
@@ -84,7 +84,7 @@ def import_robot_file(folder: Folder, name: str, options: Options) -> Body:
 
 
 def _hulls(pieces: list[Piece], notes: list[str]) -> list[Mesh]:
-    """The convex parts; those that are not convex are decomposed."""
+    """Return the convex parts; those that are not convex are decomposed."""
     hulls: list[Mesh] = []
     cut = 0
     for piece in pieces:
@@ -107,7 +107,7 @@ def _hulls(pieces: list[Piece], notes: list[str]) -> list[Mesh]:
 
 
 def _solid(shown: list[Piece], hulls: list[Mesh], notes: list[str], options: Options) -> Mesh:
-    """What the shown parts enclose; the hulls where they enclose nothing."""
+    """Return what the shown parts enclose; the hulls where they enclose nothing."""
     start = np.cumsum([0, *(len(p.vertices) for p in shown)])
     vertices = np.vstack([p.vertices for p in shown])
     faces = np.concatenate([p.faces + s for p, s in zip(shown, start, strict=False)])
@@ -131,7 +131,7 @@ def _visual(shown: list[Piece]) -> list[VisualPart]:
 def _mass_properties(
     model: mujoco.MjModel, data: mujoco.MjData
 ) -> tuple[float | None, Floats | None, Floats | None]:
-    """Mass, centre and inertia about it of all bodies as one."""
+    """Return mass, centre and inertia about it of all bodies as one."""
     masses = np.asarray(model.body_mass)
     mass = float(masses.sum())
     if mass <= 0:

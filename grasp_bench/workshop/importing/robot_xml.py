@@ -29,7 +29,7 @@ COMPILER = frozenset(
 
 
 def parse(content: bytes, name: str) -> ET.Element:
-    """The tree of an MJCF or URDF file.
+    """Parse an MJCF or URDF file.
 
     Raises:
         RefusedError: for what is too large, not XML, or asks for anything beyond one file.
@@ -134,7 +134,7 @@ def strip(tree: ET.Element, notes: list[str]) -> None:
 
 
 def settings(tree: ET.Element) -> dict[str, str]:
-    """Attributes of all ``compiler`` elements, later ones first."""
+    """Return the attributes of all ``compiler`` elements, later ones first."""
     found: dict[str, str] = {}
     for compiler in tree.findall("compiler"):
         found |= dict(compiler.items())

@@ -161,5 +161,5 @@ class RgbdImage:
 
     @property
     def valid(self) -> NDArray[np.bool_]:
-        """(H, W) where depth was measured."""
+        """(H, W) mask of the pixels whose depth was measured."""
         return self.depth > 0

@@ -36,7 +36,7 @@ class Dropout(nn.Module):
             return x
         words = torch.empty((x.numel() + 3) // 4, dtype=torch.int64, device=x.device)
         draws = words.random_(-(2**63), None).view(torch.int16)
-        # In the order in which x lies in memory, so that the product walks straight through both.
+        # In the order of x in memory, so that the product walks straight through both.
         draws = draws[: x.numel()].as_strided(x.shape, torch.empty_like(x).stride())
         keep = draws >= self.dropped - STEPS // 2
         # Through int8, which has a fast way to bfloat16; bool has none.

@@ -43,7 +43,7 @@ class Network:
         parameters: counts of the published networks by input; empty where no code was published.
         crop: side of the square input [px].
         rows: the same for the network's own weights as :attr:`Weights.rows`.
-        ablates: name of the weights that this ablation is compared with; None for what is no ablation.
+        ablates: name of the weights that this ablation is compared with; None where there is none.
         others: further weights of this network that are shipped.
     """
 

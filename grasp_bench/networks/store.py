@@ -1,4 +1,4 @@
-"""Files of weights: where they lie, whether they are those shipped, and what they say of themselves.
+"""Files of weights: where they are, whether they are those shipped, and what they say of themselves.
 
 Nothing here imports torch; :mod:`grasp_bench.networks.weights` reads and writes the tensors.
 """
@@ -19,7 +19,7 @@ from grasp_bench.system.integrity import MANIFEST, sha256
 from grasp_bench.system.paths import assets_dir
 
 FACTS = "grasp_bench"
-"""Where in a file's header its metadata lie, as JSON."""
+"""Key in a file's header under which its metadata are, as JSON."""
 
 
 @dataclass(frozen=True)

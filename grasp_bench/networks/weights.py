@@ -54,7 +54,7 @@ def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]
     Raises:
         AssetError: the file is missing, truncated, altered or of another network.
     """
-    info(name)  # a wrong name is told before a missing file
+    info(name)  # a wrong name is refused before a missing file
     file = shipped_file(name) if path is None else WeightsFile(Path(path))
     file.intact()
     with file.opened("pt") as (stored, metadata):

@@ -1,6 +1,6 @@
 """How deep a grasp goes, and how wide the jaws open for it: part of the benchmark's definition.
 
-Nothing here knows the simulator: it is told by what the camera saw, and by the shape of the gripper.
+Nothing here knows the simulator: what the camera saw and the shape of the gripper decide.
 """
 
 from __future__ import annotations

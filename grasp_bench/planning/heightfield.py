@@ -126,7 +126,7 @@ def analyse(
     samples = samples_of(gripper)
     h = field.heights
     solid = h > TABLE_NOISE
-    # Also between walls (across a cup's mouth), where the centre lies on no material.
+    # Also between walls (across a cup's mouth), where the centre is on no material.
     candidates = binary_closing(np.pad(solid, 20), iterations=14)[20:-20, 20:-20] | solid
     rows, columns = np.nonzero(candidates & binary_dilation(solid, iterations=14))
     best = {name: np.zeros(h.shape, np.float32) for name in ("quality", "yaw", "opening", "tip", "top")}

@@ -17,7 +17,7 @@ from grasp_bench.scenario.sections import Table
 Floats = NDArray[np.float64]
 
 STRAYS = 3
-"""So many points are a thing and not noise; of a thin rod under a finger's corner no more may be seen."""
+"""From this many points on, what is seen is no noise; a thin rod under a finger's corner may show no more."""
 STRAYS_UNDER_HAND = 20
 """The same for the hand, under which some 3,000 pixels see."""
 
@@ -47,7 +47,11 @@ class SeenScene:
         return max(highest(seen, STRAYS_UNDER_HAND), 0.0)
 
     def on_plane(self, pixel: Floats, height: float) -> Floats:
-        """Return the world point where the ray through ``pixel`` (2,) meets the plane z = ``height``."""
+        """Return the world point where the ray through ``pixel`` (2,) meets the plane z = ``height``.
+
+        Raises:
+            Blocked: where the ray does not go down.
+        """
         ray = self.camera.rotation @ self.image.intrinsics.deproject(pixel, np.ones(()))
         if ray[2] > -1e-6:
             raise Blocked(f"the ray through pixel ({pixel[0]:.0f}, {pixel[1]:.0f}) does not meet the table")

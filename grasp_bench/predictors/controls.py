@@ -23,7 +23,7 @@ from grasp_bench.robot.parallel_85 import PARALLEL_85
 Floats = NDArray[np.float64]
 
 FOREGROUND = 0.006
-"""Things less high above the table are not seen as things by the depth-only controls [m]."""
+"""What stands out of the table by less than this is not seen by the depth-only controls [m]."""
 JAW_OPENING = PARALLEL_85.opening
 """What the depth-only controls know of the gripper [m]."""
 

@@ -34,7 +34,7 @@ def identify(name: str, predictor: Predictor | None = None) -> dict[str, Any] | 
         if named.weights is not None:
             named.weights.require()
         if named.weights is None or not named.weights.intact():
-            with in_use(name):  # only weights that the manifest lists load as surely as if tried
+            with in_use(name):  # weights that the manifest does not list may not load
                 pass
         return None
     with in_use(name if predictor is None else predictor) as used:

@@ -28,7 +28,7 @@ STRIDE = 6
 """Pixels between two of those that the plane is sought among."""
 TRIES = 100
 THICKNESS = 0.006
-"""How far from a plane its pixels may lie [m]."""
+"""Greatest distance of a plane's pixels from it [m]."""
 
 
 @dataclass(frozen=True)

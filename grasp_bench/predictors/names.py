@@ -39,7 +39,7 @@ class PythonPath:
 
     @property
     def package(self) -> str | None:
-        """Name and version of the package that it was installed with; None for a file of one's own."""
+        """Name and version of the package that it was installed with; None for a file outside any package."""
         return distribution(self.path.partition(":")[0])
 
     def load(self) -> Predictor:

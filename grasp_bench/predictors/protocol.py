@@ -19,7 +19,7 @@ from grasp_bench.objects.catalog import ObjectModel
 Floats = NDArray[np.float64]
 
 MOST_GRASPS = 1000
-"""More than that in an answer are refused: each costs the planner time."""
+"""Answers with more grasps than this are refused: each costs the planner time."""
 
 
 @runtime_checkable
@@ -33,7 +33,7 @@ class Predictor(Protocol):
     - ``info() -> dict``, JSON-able facts that identify it beyond its source, such as the hash of its
       weights: they are written to ``run.json``, and a run resumes only while they stay the same;
     - ``last_maps: GraspMaps | None`` and ``crop_origin: tuple[int, int]``, its dense answer to the last image
-      and where its corner lies in that image [px]: pictures of trials show its quality;
+      and where its corner is in that image [px]: pictures of trials show its quality;
     - ``close()``, called when it is not needed any more.
 
     The image is the predictor's own copy, and it may write into it.

@@ -1,4 +1,4 @@
-"""What is to be known of a gripper: the only place where the package learns it.
+"""What the package knows of a gripper; it is written nowhere else.
 
 A gripper is a file of this room with one :class:`Gripper` in it; ``tests/robot/test_facts.py`` holds it
 against its model.
@@ -65,7 +65,7 @@ class Gripper:
 
     @property
     def path(self) -> Path:
-        """The MJCF file; its meshes lie in the folder ``meshes`` beside it."""
+        """The MJCF file; its meshes are in the folder ``meshes`` beside it."""
         return assets_dir() / self.file
 
     @property

@@ -51,7 +51,7 @@ class Calibration(Section):
 
     @property
     def exact(self) -> bool:
-        """There is no error at all."""
+        """Whether there is no error at all."""
         return self.position_mm == 0 and self.rotation_deg == 0
 
 

@@ -249,12 +249,12 @@ class World:
 
     @property
     def joint_torques(self) -> Floats:
-        """(N,) what the arm's motors give [N m]: the servos, and the compensation of the arm's weight."""
+        """(N,) torques of the arm's motors [N m]: the servos', and the compensation of the arm's weight."""
         return self.data.qfrc_actuator[self._arm_v] + self.data.qfrc_gravcomp[self._arm_v]
 
     @property
     def joint_velocities(self) -> Floats:
-        """(N,) of the arm [rad/s]."""
+        """(N,) velocities of the arm's joints [rad/s]."""
         return self.data.qvel[self._arm_v].copy()
 
     def touch(self) -> Touch:

@@ -23,7 +23,7 @@ class Watcher(Protocol):
 
 
 Watch = Callable[[int | None], Watcher | None]
-"""What shall watch an attempt: the one of a number in its episode, from 0, or None of a single trial."""
+"""Gives the watcher of an attempt by its number in the episode, from 0, or None for a single trial."""
 
 
 def unwatched(number: int | None) -> None:

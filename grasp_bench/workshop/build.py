@@ -30,7 +30,7 @@ from grasp_bench.workshop.shapes import Mesh, union
 
 MILLIMETRE = 1e-3
 SHAPE_VERSION = 1
-"""Raise when the shape stage changes, so that all objects are built again."""
+"""Raise this when the shape stage changes, so that all objects are built again."""
 LISTED = (
     "name category family mass material friction source inertia extents faces hulls decomposition".split()
 )
@@ -205,7 +205,7 @@ def _build_one(name: str, folder: Path, stage: str) -> str:
 
 
 def write_manifest(folder: Path) -> int:
-    """Write the manifest of all complete objects in ``folder``; returns how many there are."""
+    """Write the manifest of all complete objects in ``folder``, and return how many there are."""
     objects = []
     for path in sorted(folder.glob("*/object.json")):
         details = json.loads(path.read_text())

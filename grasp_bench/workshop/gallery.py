@@ -17,7 +17,7 @@ from grasp_bench.workshop.pictures import TILE, add_mesh, scene_of, shoot
 FINGER = (PARALLEL_85.finger_thickness / 2, PARALLEL_85.finger_width / 2, 0.030)
 """Half sizes of a drawn finger: along the jaws, across them, upwards [m]."""
 SWELL = 0.0007
-"""The drawn pieces stand out by this [m], to be seen on the surface they lie in."""
+"""The drawn pieces stand out by this [m], to be seen on the object's surface."""
 SIDES = ((-28.0, 125.0), (-40.0, 305.0))
 """Elevation, and azimuth from the jaw direction, of the two sides [degrees]: no finger hides the object."""
 UPRIGHT = 0.94

@@ -32,7 +32,7 @@ from grasp_bench.scene.rendering import SHOWN_GROUPS
 Floats = NDArray[np.float64]
 
 REST_VERSION = 3
-"""Raise when resting poses or reference grasps would come out otherwise, so that all are built again."""
+"""Raise this when resting poses or reference grasps would come out differently: all are built again then."""
 SEEN_VERSION = 2
 """The same for what is built with ``seen`` alone."""
 MAX_POSES = 5

@@ -76,7 +76,7 @@ class Framed:
     Attributes:
         rgb: (S, S, 3) uint8.
         depth: (S, S) float32 metres, level, 0 = invalid.
-        rectangles: (N, 4, 2) in pixels of the frame; some may lie outside.
+        rectangles: (N, 4, 2) in pixels of the frame; some may be outside.
         frame: the square of the image that is shown.
     """
 

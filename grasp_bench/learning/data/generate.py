@@ -27,13 +27,13 @@ if TYPE_CHECKING:
     from grasp_bench.learning.data.synthetic import SynthConfig
 
 FORMAT = 2
-"""Raise when the same seed would give other scenes."""
+"""Raise this when the same seed would give other scenes."""
 TIMEOUT = 60
 """Seconds after which a scene is given up."""
 VALIDATION = 20
-"""One scene in so many is for validation."""
+"""One scene in this many is for validation."""
 SAVE_EVERY = 250
-"""Scenes after which the index is written anew, so that training may begin."""
+"""Number of scenes after which the index is written, so that training may begin."""
 Entry = dict[str, Any]
 
 

@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 Rng = np.random.Generator
 
 SEGMENTS = 24
-"""Sides of round things."""
+"""Number of sides of round solids."""
 SECTORS = 12
 """Convex pieces around the wall of a vessel."""
 MERGE = 1.04

@@ -48,7 +48,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class Entry:
-    """Where one sample lies.
+    """The files of one sample.
 
     Attributes:
         name: identifies the sample in its collection.
@@ -72,7 +72,7 @@ class Collection(ABC):
         entries: complete samples, in order of their names.
         missing: files without which a labelled sample is incomplete, relative to ``root``.
         window: side of the square about the image's middle that is looked at [px]. Fixed for
-            each data set, so that nothing is known of where the object lies.
+            each data set, so that it does not depend on where the object is.
     """
 
     root: Path

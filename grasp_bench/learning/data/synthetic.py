@@ -125,14 +125,14 @@ def _noisier(sensor: Sensor, strength: float) -> Sensor:
 
 
 def arrange(gripper: FloatingGripper, objects: list[RandomObject], spread: float, rng: Rng) -> bool:
-    """Put the objects down at random and let them settle; whether they came to rest in view."""
+    """Put the objects down at random and let them settle; return whether they came to rest in view."""
     centre = np.array(gripper.scenario.table.center)
     boxes: list[tuple[Floats, Floats]] = []
     for model, q in zip(objects, gripper.object_q, strict=True):
         turn = tipped(np.vstack(model.hulls), rng)
         cloud = np.vstack(model.hulls) @ turn.as_matrix().T
         low, high = cloud.min(0), cloud.max(0)
-        for _ in range(8):  # beside the others where there is room, else upon them
+        for _ in range(8):  # beside the others where there is room, else on top of them
             place = centre + rng.uniform(-spread, spread, 2)
             below = [
                 b for a, b in boxes if (low[:2] + place < b[:2]).all() and (high[:2] + place > a[:2]).all()

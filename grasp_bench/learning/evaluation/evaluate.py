@@ -81,7 +81,7 @@ def evaluate(
 
     Raises:
         AssetError: when data or weights are missing or damaged.
-        GraspBenchError: when the question makes no sense.
+        GraspBenchError: when the question's settings do not go together.
     """
     if question.dataset == "synthetic":
         if training is not None:

@@ -16,9 +16,9 @@ from pydantic import BaseModel, ConfigDict, Field
 from grasp_bench.runs.evaluation import Split
 
 FREE_TO_CHANGE = frozenset({"workers", "threads", "checkpoint_every", "validate_every", "log_every"})
-"""Fields that a resumed run may have otherwise than the run it continues."""
+"""Fields in which a resumed run may differ from the run it continues."""
 NOT_COMPARED = FREE_TO_CHANGE | {"holdout", "split"}
-"""Fields that a checkpoint need not have alike. Which images are left out is told by the scenes' fingerprint,
+"""Fields in which a checkpoint may differ. The scenes' fingerprint tells which images are left out,
 and older checkpoints do not list it."""
 
 

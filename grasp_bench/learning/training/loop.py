@@ -63,7 +63,7 @@ def train(
         init: weights to begin with instead of random ones.
 
     Raises:
-        AssetError: the checkpoint is damaged or of another run.
+        AssetError: the checkpoint is damaged or of another run, or ``init`` is for another input.
         GraspBenchError: the loss became infinite or NaN.
     """
     kind, crop = input_kind(config.network, config.input), info(config.network).crop

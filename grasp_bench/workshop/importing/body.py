@@ -15,7 +15,7 @@ from grasp_bench.workshop.shapes import Mesh
 Floats = NDArray[np.float64]
 
 FRICTION = 0.6
-"""Against the pads where none is given: that of plastic, ceramic and glass in the shipped objects."""
+"""Friction against the pads where none is given: that of the shipped plastic, ceramic and glass objects."""
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ from grasp_bench.workshop.shapes import Mesh, hull
 Floats = NDArray[np.float64]
 
 IMPORT_VERSION = 2
-"""Raise when imports would come out otherwise, so that all are made again."""
+"""Raise this when imports would come out differently: all are made again then."""
 MASSES = (0.001, 5.0)
 """What the arm can carry, gripper aside, and what contacts are stable with [kg]."""
 DENSITY = 500.0

@@ -24,13 +24,13 @@ Ints = NDArray[np.int64]
 
 MAX_COLORS = 28
 MAX_FACES = 60_000
-"""Of the coloured mesh, after splitting."""
+"""Greatest number of faces of the coloured mesh, after splitting."""
 DETAIL = 0.0025
 """Edges of painted faces are split to this length [m], or longer to keep below :data:`MAX_FACES`."""
 LEAST_FACES = 12
 """Fewer faces of a colour than this go to the nearest other colour."""
 PLAIN = (0.62, 0.62, 0.60)
-"""Of a mesh without colours."""
+"""Colour of a mesh without colours, in [0, 1]."""
 SAMPLES = np.array([[1, 1, 1], [4, 1, 1], [1, 4, 1], [1, 1, 4]], float) / [[3], [6], [6], [6]]
 """Barycentric places on a face whose mean is its colour."""
 
@@ -55,7 +55,7 @@ class Paint:
 
     @property
     def varied(self) -> bool:
-        """Some face has more than one colour."""
+        """Whether some face has more than one colour."""
         return bool((self.texture >= 0).any() or (np.ptp(self.corner_rgb, axis=1) > 0.02).any())
 
     def at(self, face: Ints, places: Floats) -> Floats:

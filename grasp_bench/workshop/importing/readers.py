@@ -29,7 +29,7 @@ Ints = NDArray[np.int64]
 MAX_FACES = 1_000_000
 MAX_VERTICES = 2_000_000
 MAX_NODES = 2000
-"""Of a GLB's scene."""
+"""Greatest number of nodes of a GLB's scene."""
 GLTF_EXTENSIONS = frozenset(
     {
         "KHR_materials_unlit",

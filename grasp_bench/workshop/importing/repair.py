@@ -25,7 +25,7 @@ WELD = 1e-6
 SPECK = 0.03
 """Loose pieces smaller than this share of the diagonal, and than 0.2 % of the surface, are dropped."""
 STRAY = 3.0
-"""What lies this many times the bulk's half-diagonal away from its middle is no part of the object."""
+"""What is this many times the bulk's half-diagonal away from its middle is no part of the object."""
 SMALL_HOLE = 0.02
 """Holes of at most this share of the surface are closed wherever they are."""
 HOLES = ("auto", "fill", "keep")
@@ -274,7 +274,7 @@ def close_holes(mesh: Mended, holes: str) -> None:
         spokes = points - centre
         normal = np.cross(spokes, np.roll(spokes, -1, 0)).sum(0)
         area = np.linalg.norm(normal) / 2
-        # The border of an underside lies in one level at the bottom of all.
+        # The border of an underside is in one level at the bottom of all.
         under = points[:, 2].max() < low + max(0.05 * height, 0.003) and abs(normal[2]) > 1.8 * area
         small = area <= SMALL_HOLE * surface
         if holes == "keep" or not (holes == "fill" or small or under):

@@ -54,7 +54,7 @@ def choose_unit(
     )
     likely = weighed or possible
     # Metres are what scanners and robotics write, millimetres what CAD does; centimetres are rarer,
-    # and below 10 mm long a thing is rather that many centimetres.
+    # and what would be below 10 mm long is more likely in centimetres.
     order = ("m", "mm", "cm") if longest >= 10 else ("m", "cm", "mm")
     chosen = next(u for u in order if u in likely)
     others = [f"{u} would make it {1000 * longest * UNITS[u]:.0f} mm" for u in possible if u != chosen]

@@ -263,7 +263,7 @@ def test_command(tmp_path: Path) -> None:
     stored = json.loads((tmp_path / "deep" / "r.json").read_text())
     assert stored["correct"] == 6
     table = invoke(*common, "--format", "markdown").output
-    assert "| HTC-Grasp (HTC-Grasp authors) | RGB-D |  | 95.8% |" in table
+    assert "| HTC-Grasp (HTC-Grasp authors) | RGB-D |  |  | 95.8% |" in table
     assert "| test_evaluation:Bar" in table
     assert "6 of 54485 strict" in table
     assert json.loads(invoke(*common, "--format", "json").stdout)["images"] == 6

@@ -153,7 +153,7 @@ def test_card_shows_command_and_settings(begun: str, folder: Path) -> None:  # n
 
 
 def test_shipped_weights_are_named_by_their_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("grasp_bench.system.integrity.assets_dir", lambda: tmp_path)
+    monkeypatch.setattr("grasp_bench.networks.store.assets_dir", lambda: tmp_path)
     save(build("gg-cnn"), tmp_path / "weights" / "gg-cnn.safetensors", {"network": "gg-cnn"})
     config, begin = read_settings({"network": "gg-cnn", "init": "shipped"})
     assert begin == tmp_path / "weights" / "gg-cnn.safetensors"

@@ -125,16 +125,10 @@ class GraspMaps:
         GG-CNN's code does, smears across the ±π/2 seam."""
         from scipy.ndimage import gaussian_filter
 
+        maps = (self.quality, self.sin2, self.cos2, self.width)
+        sigmas = (sigma, sigma, sigma, sigma / 2)
         return GraspMaps(
-            *(
-                gaussian_filter(m, s).astype(np.float32)
-                for m, s in (
-                    (self.quality, sigma),
-                    (self.sin2, sigma),
-                    (self.cos2, sigma),
-                    (self.width, sigma / 2),
-                )
-            )
+            *(gaussian_filter(m, s).astype(np.float32) for m, s in zip(maps, sigmas, strict=True))
         )
 
     def peaks(self, count: int = 8, min_distance: int = 8, threshold: float = 0.05) -> list[Grasp]:

@@ -13,6 +13,8 @@ from grasp_bench.networks.store import WeightsFile, shipped_file, stored_input
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.predictors.sources import resolve
 
+NETWORK_PREDICTOR = "grasp_bench.predictors.network:NetworkPredictor"
+
 
 @dataclass(frozen=True)
 class Shipped:
@@ -84,11 +86,6 @@ class Shipped:
         }
 
 
-def _network(network: Network, weights: Weights) -> Shipped:
-    path = "grasp_bench.predictors.network:NetworkPredictor"
-    return Shipped(weights.name, "network", weights.summary, path, network, weights)
-
-
 def _control(name: str, summary: str) -> Shipped:
     return Shipped(name, "control", summary, f"grasp_bench.predictors.controls:{name.capitalize()}")
 
@@ -96,7 +93,10 @@ def _control(name: str, summary: str) -> Shipped:
 SHIPPED: dict[str, Shipped] = {
     shipped.name: shipped
     for shipped in (
-        *(_network(network, weights) for network, weights in all_weights().values()),
+        *(
+            Shipped(weights.name, "network", weights.summary, NETWORK_PREDICTOR, network, weights)
+            for network, weights in all_weights().values()
+        ),
         _control("oracle", "reference grasps of the true mesh and pose: upper bound"),
         _control("antipodal", "opposite depth edges, after Dex-Net's sampling"),
         _control("centroid", "middle and shorter axis of the depth blob"),

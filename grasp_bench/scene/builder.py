@@ -31,6 +31,8 @@ TABLE = "table"
 GROUND = "ground"
 VISUAL_GROUP = 2
 COLLISION_GROUP = 3
+UNTOUCHED = {"contype": 0, "conaffinity": 0}
+"""Attributes of geoms that are only seen."""
 ROLLING_FRICTION = 1.5e-3
 """Rolling resistance on the table [m], of the order of a thin rubber mat: with less, things that
 lie on a small round patch rock for seconds."""
@@ -106,10 +108,9 @@ def add_object(root: Any, model: SceneObject, scenario: Scenario, name: str = OB
             mesh=mesh,
             rgba=[*part.rgb, 1],
             mass=0,
-            contype=0,
-            conaffinity=0,
             group=VISUAL_GROUP,
             user=[part.roughness],
+            **UNTOUCHED,
         )
     for i, hull in enumerate(merged(model.hulls, scenario.physics.max_hulls)):
         faces = ConvexHull(hull).simplices
@@ -139,9 +140,8 @@ def add_table(root: Any, scenario: Scenario) -> None:
         size=[table.size[0] / 2, table.size[1] / 2, 0.025],
         pos=[*table.center, -0.025],
         rgba=[*table.color, 1],
-        contype=0,
-        conaffinity=0,
         group=1,
+        **UNTOUCHED,
     )
     # What carries is a plane: contacts of meshes with a box flicker, and keep some objects rocking for ever.
     root.worldbody.add(
@@ -161,9 +161,8 @@ def add_table(root: Any, scenario: Scenario) -> None:
         size=[3, 3, 0.1],
         pos=[0, 0, -0.75],
         rgba=[0.35, 0.36, 0.38, 1],
-        contype=0,
-        conaffinity=0,
         group=1,
+        **UNTOUCHED,
     )
     root.asset.add(
         "texture",

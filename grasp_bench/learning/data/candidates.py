@@ -83,16 +83,8 @@ def propose(
     def column(name: str) -> Floats:
         return np.concatenate([getattr(found, name)[own_cells], *(g[name] for g in graded)]).astype(float)
 
-    return Candidates(
-        rows,
-        columns,
-        yaw,
-        column("opening"),
-        column("tip"),
-        column("top"),
-        column("quality"),
-        np.array(source, np.int8),
-    )
+    values = map(column, ("opening", "tip", "top", "quality"))
+    return Candidates(rows, columns, yaw, *values, source=np.array(source, np.int8))
 
 
 def _apart(cells: list[tuple[int, int]], chosen: list[tuple[int, int]], count: int) -> list[tuple[int, int]]:

@@ -8,6 +8,7 @@ pixels (edge of the image = 0), their first edge along the jaws' opening directi
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -106,6 +107,17 @@ class Collection(ABC):
             shown = ", ".join(self.missing[:5]) + (", …" if len(self.missing) > 5 else "")
             text += f" Incomplete samples left out, {len(self.missing)} files missing: {shown}."
         return text
+
+
+def complete(root: Path, found: Iterable[Entry]) -> tuple[list[Entry], list[str]]:
+    """Return the entries whose images are there, and the files that others lack, relative to ``root``."""
+    entries, missing = [], []
+    for entry in found:
+        absent = [p.relative_to(root).as_posix() for p in (entry.rgb, entry.depth) if not p.is_file()]
+        missing += absent
+        if not absent:
+            entries.append(entry)
+    return entries, missing
 
 
 # ---------------------------------------------------------------- reading

@@ -132,7 +132,10 @@ def train(
                 )
             if report is not None:
                 report(done, figures, accuracy)
-    return _finish(final, accuracy, scenes, kind, crop)
+    final.eval()
+    if accuracy is None:  # resumed after the last step
+        accuracy = validate(final, scenes.val, kind, crop)
+    return Trained(final, accuracy)
 
 
 def shown(config: TrainConfig) -> str:
@@ -147,15 +150,6 @@ def _begin(name: str, kind: Kind, init: Path) -> nn.Module:
     if stored != kind:
         raise AssetError(f"{init} holds weights for {stored} input, not {kind}; give --input {stored}.")
     return network.requires_grad_(True)
-
-
-def _finish(
-    network: nn.Module, accuracy: Accuracy | None, scenes: SceneSet, kind: Kind, crop: int
-) -> Trained:
-    network.eval()
-    if accuracy is None:  # resumed after the last step
-        accuracy = validate(network, scenes.val, kind, crop)
-    return Trained(network, accuracy)
 
 
 def _step(

@@ -85,9 +85,7 @@ class Mixture(Sequence[Scene]):
         return self.ends[-1] if self.ends else 0
 
     def __getitem__(self, index: int) -> Scene:
-        if not -len(self) <= index < len(self):
-            raise IndexError(index)
-        index %= len(self)
+        index = range(len(self))[index]  # negative ones count from the end, others raise IndexError
         part = bisect_right(self.ends, index)
         return self._parts[part][index - (self.ends[part - 1] if part else 0)]
 

@@ -75,7 +75,10 @@ def import_robot_file(folder: Folder, name: str, options: Options) -> Body:
             f"the convex parts stray from what is shown (up to {1000 * error.max_distance:.1f} mm): "
             "kept as they are"
         )
-    body = Body(_visual(shown), solid, hulls, error, notes, facts={"unit": "m", "format": tree.tag})
+    parts: list[VisualPart] = []
+    for piece in shown:
+        parts += painting.bake(piece.vertices, piece.faces, np.arange(len(piece.faces)), piece.paint)
+    body = Body(parts, solid, hulls, error, notes, facts={"unit": "m", "format": tree.tag})
     if any(
         e.tag == "inertial" or (e.tag == "geom" and {"mass", "density"} & set(e.keys())) for e in tree.iter()
     ):
@@ -119,13 +122,6 @@ def _solid(shown: list[Piece], hulls: list[Mesh], notes: list[str], options: Opt
     except RefusedError:
         notes.append("what is shown encloses no volume: the convex parts are the solid")
         return union(*hulls)
-
-
-def _visual(shown: list[Piece]) -> list[VisualPart]:
-    parts: list[VisualPart] = []
-    for piece in shown:
-        parts += painting.bake(piece.vertices, piece.faces, np.arange(len(piece.faces)), piece.paint)
-    return parts
 
 
 def _mass_properties(

@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Floats = NDArray[np.float64]
+from grasp_bench.arrays import Floats
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from shapely.geometry import Polygon
 
-Floats = NDArray[np.float64]
+from grasp_bench.arrays import Floats
+
 Maps = NDArray[np.float32]
 
 

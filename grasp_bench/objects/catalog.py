@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grasp_bench.arrays import Floats
 from grasp_bench.errors import AssetError, UnknownNameError
 from grasp_bench.system.integrity import MANIFEST, sha256
 from grasp_bench.system.paths import assets_dir
@@ -26,7 +27,6 @@ if TYPE_CHECKING:  # type checkers do not see that a cached_property meets a pro
 else:
     from functools import cached_property
 
-Floats = NDArray[np.float64]
 FILES = ("visual.glb", "collision.glb", "object.json")
 
 

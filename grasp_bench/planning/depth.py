@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grasp_bench.arrays import Floats
 from grasp_bench.grasps import Grasp, GraspPose
 from grasp_bench.planning.heightfield import LEAST_INSERTION, TABLE_NOISE, finger_room
 from grasp_bench.planning.refusals import Blocked
@@ -17,8 +17,6 @@ from grasp_bench.planning.seen import STRAYS_UNDER_HAND, SeenScene, highest
 from grasp_bench.robot.gripper import Gripper
 from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.scenario.sections import Motion
-
-Floats = NDArray[np.float64]
 
 SIDE_CLEARANCE = 0.004
 """Room that a finger or the hand on its way down wants beside it [m]."""

@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grasp_bench.arrays import Floats
 from grasp_bench.robot.trajectory import Trajectory
 from grasp_bench.scenario.sections import Shake
-
-Floats = NDArray[np.float64]
 
 AXES = ("along the jaws", "across the jaws", "along the approach")
 """The TCP's x, y and z, in the order in which they are shaken."""

@@ -9,14 +9,12 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grasp_bench.arrays import Floats
 from grasp_bench.camera import CameraPose, Intrinsics, RgbdImage
 from grasp_bench.errors import PredictorError
 from grasp_bench.grasps import Grasp, wrap_angle
 from grasp_bench.objects.catalog import ObjectModel
-
-Floats = NDArray[np.float64]
 
 MOST_GRASPS = 1000
 """Answers with more grasps than this are refused: each costs the planner time."""

@@ -11,16 +11,14 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from grasp_bench.arrays import Floats
 from grasp_bench.robot.gripper import Gripper
 from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import SceneObject, add_object, add_table, new_world, object_name
 from grasp_bench.scene.contacts import touching
 from grasp_bench.scene.mounting import set_gripper
-
-Floats = NDArray[np.float64]
 
 PREFIX = "carrier/"
 PARK = 1.0

@@ -5,10 +5,9 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-Floats = NDArray[np.float64]
+from grasp_bench.arrays import Floats
 
 
 def merged(hulls: list[Floats], most: int) -> list[Floats]:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grasp_bench.arrays import Floats
 from grasp_bench.grasps import GraspPose
 from grasp_bench.planning.planner import Plan
 from grasp_bench.planning.shake import AXES
@@ -18,7 +18,6 @@ from grasp_bench.runs.record import TcpError
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scene.world import UnstableError, World
 
-Floats = NDArray[np.float64]
 Verdict = tuple[Outcome, str]
 """An outcome, and why in words."""
 

@@ -14,13 +14,11 @@ from typing import Any
 import coacd
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from grasp_bench.arrays import Floats
 from grasp_bench.workshop.model import Part
 from grasp_bench.workshop.shapes import Mesh, difference, union
-
-Floats = NDArray[np.float64]
 
 MAX_HULLS = 32
 MAX_VERTICES = 64

@@ -10,14 +10,15 @@ from itertools import pairwise
 from typing import Literal, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 from shapely import affinity
 from shapely.geometry import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 from shapely.ops import unary_union
 
-Floats = NDArray[np.float64]
+from grasp_bench.arrays import Floats
+
 Figure = BaseGeometry | ArrayLike
 """A plane figure: shapely's polygons, or the corners (N, 2) of one."""
 G = TypeVar("G", bound=BaseGeometry)

@@ -18,6 +18,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from grasp_bench.arrays import Floats
 from grasp_bench.objects.catalog import load_details
 from grasp_bench.planning import heightfield
 from grasp_bench.planning.depth import SIDE_CLEARANCE
@@ -28,8 +29,6 @@ from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import SceneObject
 from grasp_bench.scene.floating import FloatingGripper, compile_floating
 from grasp_bench.scene.rendering import SHOWN_GROUPS
-
-Floats = NDArray[np.float64]
 
 REST_VERSION = 3
 """Raise this when resting poses or reference grasps would come out differently: all are built again then."""

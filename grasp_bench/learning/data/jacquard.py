@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grasp_bench.arrays import Floats
 from grasp_bench.errors import UnknownNameError
 from grasp_bench.grasps import Grasp
 from grasp_bench.learning.data.rectangles import (
@@ -28,7 +28,6 @@ from grasp_bench.learning.data.rectangles import (
 )
 from grasp_bench.runs.evaluation import DatasetName
 
-Floats = NDArray[np.float64]
 ENDING = "grasps.txt"
 DEPTHS = ("perfect", "stereo")
 

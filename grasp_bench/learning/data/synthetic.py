@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
+from grasp_bench.arrays import Floats
 from grasp_bench.camera import Intrinsics
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.learning.data import labels
@@ -41,7 +42,6 @@ from grasp_bench.scene.rendering import Picture, raycast
 from grasp_bench.scene.sensor import sense
 from grasp_bench.workshop.poses import measure_heights
 
-Floats = NDArray[np.float64]
 Rng = np.random.Generator
 Arrays = dict[str, NDArray]
 

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
+from grasp_bench.arrays import Floats
 from grasp_bench.grasps import Grasp, GraspMaps, angle_difference, rectangle_iou, wrap_angle
 from grasp_bench.runs.evaluation import Verdict
-
-Floats = NDArray[np.float64]
 
 ANGLE = math.radians(30)
 IOU = 0.25

@@ -5,14 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from grasp_bench.arrays import Floats
 from grasp_bench.objects.catalog import VisualPart
 from grasp_bench.workshop.decompose import DecompositionError
 from grasp_bench.workshop.shapes import Mesh
-
-Floats = NDArray[np.float64]
 
 FRICTION = 0.6
 """Friction against the pads where none is given: that of the shipped plastic, ceramic and glass objects."""

@@ -9,8 +9,8 @@ from dataclasses import asdict
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
+from grasp_bench.arrays import Floats
 from grasp_bench.workshop.decompose import (
     BOUNDS,
     MAX_HULLS,
@@ -21,8 +21,6 @@ from grasp_bench.workshop.decompose import (
 )
 from grasp_bench.workshop.importing.folder import RefusedError
 from grasp_bench.workshop.shapes import Mesh, hull, scale
-
-Floats = NDArray[np.float64]
 
 CONVEX = 0.97
 """A solid that fills this share of its hull, and is nowhere :data:`CONVEX_DEPTH` off it, is convex."""

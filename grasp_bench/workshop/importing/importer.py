@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pebble import ProcessExpired, ProcessPool
 
+from grasp_bench.arrays import Floats
 from grasp_bench.objects.catalog import VisualPart
 from grasp_bench.workshop.build import rounded, write_hulls, write_visual
 from grasp_bench.workshop.importing import paint as painting
@@ -30,8 +30,6 @@ from grasp_bench.workshop.importing.robot_files import import_robot_file
 from grasp_bench.workshop.importing.solid import solidify
 from grasp_bench.workshop.importing.units import UNITS, check_size, choose_unit
 from grasp_bench.workshop.shapes import Mesh, hull
-
-Floats = NDArray[np.float64]
 
 IMPORT_VERSION = 2
 """Raise this when imports would come out differently: all are made again then."""

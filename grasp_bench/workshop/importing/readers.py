@@ -16,15 +16,12 @@ from typing import Any
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from PIL import Image
 from trimesh.resolvers import Resolver
 
+from grasp_bench.arrays import Floats, Ints
 from grasp_bench.workshop.importing.folder import Folder, RefusedError, check_image
 from grasp_bench.workshop.importing.paint import Paint, join, read_paint
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 MAX_FACES = 1_000_000
 MAX_VERTICES = 2_000_000

@@ -15,10 +15,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from shapely.geometry import Polygon
 
+from grasp_bench.arrays import Floats, Ints
 from grasp_bench.workshop.importing.folder import RefusedError
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 WELD = 1e-6
 """Vertices nearer than this share of the diagonal are one."""

@@ -11,8 +11,8 @@ import xml.etree.ElementTree as ET
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from grasp_bench.arrays import Floats
 from grasp_bench.objects.catalog import VisualPart
 from grasp_bench.workshop.decompose import MAX_HULLS, compare, reduce_hull
 from grasp_bench.workshop.importing import paint as painting
@@ -25,8 +25,6 @@ from grasp_bench.workshop.importing.robot_xml import check_rigid, free_urdf, par
 from grasp_bench.workshop.importing.solid import solidify
 from grasp_bench.workshop.importing.units import LONGEST, check_size
 from grasp_bench.workshop.shapes import Mesh, hull, union
-
-Floats = NDArray[np.float64]
 
 CONVEX = 1.10
 """A part whose hull is this much larger than it is decomposed."""

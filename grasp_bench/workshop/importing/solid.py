@@ -17,11 +17,10 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
+from grasp_bench.arrays import Floats
 from grasp_bench.workshop.importing.folder import RefusedError
 from grasp_bench.workshop.importing.repair import Mended, pieces
 from grasp_bench.workshop.shapes import Mesh
-
-Floats = NDArray[np.float64]
 
 WALL = 0.0016
 """Thickness given to bare surfaces [m]."""

@@ -46,12 +46,10 @@ def sense(
     surfaces: Surfaces | None = None,
     light: float = 1.0,
 ) -> RgbdImage:
-    """The image a real camera might have delivered of a perfect one.
+    """Return the image a real camera might have delivered of a perfect one.
 
     Args:
-        picture: perfect (H, W) image.
-        intrinsics: of the image.
-        sensor: parameters.
+        picture: the perfect (H, W) image.
         rng: the trial's sensor stream; how many numbers are drawn does not depend on the image, and
             the terms that came later have streams of their own (children of this one).
         surfaces: albedo and roughness of the picture's geoms; without them nothing is dark or shiny.
@@ -75,7 +73,7 @@ def sense(
 
 
 def _frame(picture: Picture, sensor: Sensor, rng: np.random.Generator) -> tuple[Image, Mask]:
-    """Depth of one frame [m], and which pixels of it hold no reading."""
+    """Return the depth of one frame [m], and which pixels of it hold no reading."""
     depth = picture.depth
     h, w = depth.shape
     axial = rng.standard_normal((h, w), dtype=np.float32)
@@ -115,7 +113,7 @@ def _frame(picture: Picture, sensor: Sensor, rng: np.random.Generator) -> tuple[
 def _unreflected(
     picture: Picture, sensor: Sensor, surfaces: Surfaces | None, rng: np.random.Generator
 ) -> Mask:
-    """Pixels whose surface sends too little light back: dark, shiny or distant."""
+    """Return the pixels whose surface sends too little light back: dark, shiny or distant."""
     h, w = picture.depth.shape
     patch = sensor.patch_px
     coarse = rng.random((3, -(-h // patch), -(-w // patch)), dtype=np.float32)
@@ -124,7 +122,7 @@ def _unreflected(
     if surfaces is not None:
 
         def share(of: NDArray[np.float64], threshold: float) -> NDArray[np.float64]:
-            """(H, W) how far below the threshold the seen surface lies, 0 to 1."""
+            """Return (H, W) how far below the threshold the seen surface is, 0 to 1."""
             return np.append(np.clip(1 - of / threshold, 0, 1), 0)[picture.geom]  # nothing hit: the last
 
         lost |= dark < sensor.dark_dropout * share(surfaces.albedo, sensor.dark_albedo)
@@ -138,7 +136,7 @@ def _unreflected(
 def _color(
     rgb: NDArray[np.uint8], sensor: Sensor, noise: Image, light: float, rng: np.random.Generator
 ) -> NDArray[np.uint8]:
-    """The colour picture; ``noise`` (H, W, 3) is standard normal, and used up."""
+    """Return the colour picture; ``noise`` (H, W, 3) is standard normal, and used up."""
     signal: NDArray[np.uint8] | Image = rgb if light == 1 else rgb * np.float32(light)
     if sensor.rgb_shot_noise:
         noise *= np.sqrt(np.float32(sensor.rgb_sigma**2) + np.float32(sensor.rgb_shot_noise) * signal)

@@ -18,7 +18,7 @@ CROP = 224
 
 
 def sample_sheet(folder: Path, count: int, out: Path) -> list[str]:
-    """Draw ``count`` scenes spread over the data set in ``folder`` into a PNG; returns their names.
+    """Draw ``count`` scenes spread over the data set in ``folder`` into a PNG, and return their names.
 
     Images of a Cornell or Jacquard copy are drawn as the scenes that training makes of them.
 

@@ -16,7 +16,7 @@ from grasp_bench.networks.registry import info, parameter_count
 from grasp_bench.runs.statistics import wilson
 
 TOLD_ELSEWHERE = FREE_TO_CHANGE | {"network", "input", "init", "steps", "seed"}
-"""Settings that the card has at other places, or that change no weights."""
+"""Settings that the card has in other places, or that change no weights."""
 
 
 def provenance(

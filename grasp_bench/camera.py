@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from grasp_bench.arrays import Floats
+from grasp_bench.system.arrays import Floats
 
 
 @dataclass(frozen=True)

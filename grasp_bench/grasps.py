@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from shapely.geometry import Polygon
 
-from grasp_bench.arrays import Floats
+from grasp_bench.system.arrays import Floats
 
 Maps = NDArray[np.float32]
 

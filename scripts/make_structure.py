@@ -39,9 +39,9 @@ def arrows() -> dict[tuple[str, str], int]:
     counted: dict[tuple[str, str], int] = {}
     for importer in graph.modules:
         for imported in graph.find_modules_directly_imported_by(importer):
-            ends = tuple(m.split(".")[1] if "." in m else "" for m in (importer, imported))
-            if all(ends) and ends[0] != ends[1]:
-                counted[ends] = counted.get(ends, 0) + 1
+            above, below = (m.split(".")[1] if "." in m else "" for m in (importer, imported))
+            if above and below and above != below:
+                counted[above, below] = counted.get((above, below), 0) + 1
     return counted
 
 

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grasp_bench.arrays import Floats
 from grasp_bench.errors import AssetError, UnknownNameError
+from grasp_bench.system.arrays import Floats
 from grasp_bench.system.integrity import MANIFEST, sha256
 from grasp_bench.system.paths import assets_dir
 

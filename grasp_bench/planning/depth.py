@@ -9,7 +9,6 @@ import math
 
 import numpy as np
 
-from grasp_bench.arrays import Floats
 from grasp_bench.grasps import Grasp, GraspPose
 from grasp_bench.planning.heightfield import LEAST_INSERTION, TABLE_NOISE, finger_room
 from grasp_bench.planning.refusals import Blocked
@@ -17,6 +16,7 @@ from grasp_bench.planning.seen import STRAYS_UNDER_HAND, SeenScene, highest
 from grasp_bench.robot.gripper import Gripper
 from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.scenario.sections import Motion
+from grasp_bench.system.arrays import Floats
 
 SIDE_CLEARANCE = 0.004
 """Room that a finger or the hand on its way down wants beside it [m]."""

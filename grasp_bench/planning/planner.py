@@ -10,7 +10,6 @@ from functools import partial
 
 import numpy as np
 
-from grasp_bench.arrays import Floats
 from grasp_bench.grasps import Grasp, GraspPose
 from grasp_bench.planning.depth import WIDENING_GAIN, grasp_pose, wanted_tip
 from grasp_bench.planning.refusals import Unreachable
@@ -20,6 +19,7 @@ from grasp_bench.robot.kinematics import InverseKinematics
 from grasp_bench.robot.robot import EC66_PARALLEL_85, Robot
 from grasp_bench.robot.trajectory import Trajectory, through
 from grasp_bench.scenario.sections import Scenario
+from grasp_bench.system.arrays import Floats
 
 WAYPOINT = 0.025
 """Spacing of waypoints on straight lines [m]."""

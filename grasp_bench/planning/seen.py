@@ -8,12 +8,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from grasp_bench.arrays import Floats
 from grasp_bench.camera import CameraPose, RgbdImage
 from grasp_bench.grasps import Grasp
 from grasp_bench.planning.heightfield import TABLE_NOISE
 from grasp_bench.planning.refusals import Blocked
 from grasp_bench.scenario.sections import Table
+from grasp_bench.system.arrays import Floats
 
 STRAYS = 3
 """From this many points on, what is seen is no noise; a thin rod under a finger's corner may show no more."""

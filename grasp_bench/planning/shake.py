@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from grasp_bench.arrays import Floats
 from grasp_bench.robot.trajectory import Trajectory
 from grasp_bench.scenario.sections import Shake
+from grasp_bench.system.arrays import Floats
 
 AXES = ("along the jaws", "across the jaws", "along the approach")
 """The TCP's x, y and z, in the order in which they are shaken."""

@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, label
 
-from grasp_bench.arrays import Floats
 from grasp_bench.camera import RgbdImage
 from grasp_bench.grasps import Grasp, wrap_angle
 from grasp_bench.predictors.level import seen_level
 from grasp_bench.predictors.protocol import GroundTruth, PrivilegedPredictor
 from grasp_bench.robot.parallel_85 import PARALLEL_85
+from grasp_bench.system.arrays import Floats
 
 FOREGROUND = 0.006
 """What stands out of the table by less than this is not seen by the depth-only controls [m]."""

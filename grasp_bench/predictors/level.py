@@ -16,9 +16,9 @@ from typing import Any, TypeVar, cast
 import cv2
 import numpy as np
 
-from grasp_bench.arrays import Floats
 from grasp_bench.camera import Intrinsics, RgbdImage
 from grasp_bench.grasps import Grasp, wrap_angle
+from grasp_bench.system.arrays import Floats
 
 FACE_ON_DEG = 5.0
 """Planes turned by less than this are taken as seen face on, and their pictures as they are."""

@@ -10,11 +10,11 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from grasp_bench.arrays import Floats
 from grasp_bench.camera import CameraPose, Intrinsics, RgbdImage
 from grasp_bench.errors import PredictorError
 from grasp_bench.grasps import Grasp, wrap_angle
 from grasp_bench.objects.catalog import ObjectModel
+from grasp_bench.system.arrays import Floats
 
 MOST_GRASPS = 1000
 """Answers with more grasps than this are refused: each costs the planner time."""

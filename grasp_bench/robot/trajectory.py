@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from grasp_bench.arrays import Floats
 from grasp_bench.robot.ec66 import EC66
+from grasp_bench.system.arrays import Floats
 
 PEAK = 1.875
 """Greatest slope of the minimum-jerk time law 10 s³ − 15 s⁴ + 6 s⁵."""

@@ -12,13 +12,13 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from grasp_bench.arrays import Floats
 from grasp_bench.robot.gripper import Gripper
 from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import SceneObject, add_object, add_table, new_world, object_name
 from grasp_bench.scene.contacts import touching
 from grasp_bench.scene.mounting import set_gripper
+from grasp_bench.system.arrays import Floats
 
 PREFIX = "carrier/"
 PARK = 1.0

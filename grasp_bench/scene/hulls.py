@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from grasp_bench.arrays import Floats
+from grasp_bench.system.arrays import Floats
 
 
 def merged(hulls: list[Floats], most: int) -> list[Floats]:

@@ -9,13 +9,13 @@ import mujoco
 import numpy as np
 from mujoco.rollout import rollout
 
-from grasp_bench.arrays import Floats
 from grasp_bench.grasps import GraspPose
 from grasp_bench.robot.robot import EC66_PARALLEL_85, Robot
 from grasp_bench.robot.trajectory import Trajectory
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import GROUND, OBJECT
 from grasp_bench.scene.contacts import touching
+from grasp_bench.system.arrays import Floats
 
 _STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from grasp_bench.arrays import Floats
 from grasp_bench.grasps import GraspPose
 from grasp_bench.planning.planner import Plan
 from grasp_bench.planning.shake import AXES
@@ -17,6 +16,7 @@ from grasp_bench.robot.trajectory import Trajectory
 from grasp_bench.runs.record import TcpError
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scene.world import UnstableError, World
+from grasp_bench.system.arrays import Floats
 
 Verdict = tuple[Outcome, str]
 """An outcome, and why in words."""

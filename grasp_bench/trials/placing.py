@@ -12,11 +12,11 @@ from scipy.spatial import ConvexHull
 from shapely import Polygon
 from shapely.affinity import translate
 
-from grasp_bench.arrays import Floats
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import compile_mjcf, compose_many, object_name
 from grasp_bench.scene.world import UnstableError, World
+from grasp_bench.system.arrays import Floats
 
 LAYOUTS = 5
 """Layouts tried before an episode whose objects never come to rest is unstable."""

@@ -16,7 +16,7 @@ import numpy as np
 import trimesh
 from scipy.spatial import ConvexHull, QhullError
 
-from grasp_bench.arrays import Floats
+from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.model import Part
 from grasp_bench.workshop.shapes import Mesh, difference, union
 

@@ -17,7 +17,7 @@ from shapely.geometry import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 from shapely.ops import unary_union
 
-from grasp_bench.arrays import Floats
+from grasp_bench.system.arrays import Floats
 
 Figure = BaseGeometry | ArrayLike
 """A plane figure: shapely's polygons, or the corners (N, 2) of one."""

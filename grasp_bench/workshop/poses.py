@@ -18,7 +18,6 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from grasp_bench.arrays import Floats
 from grasp_bench.objects.catalog import load_details
 from grasp_bench.planning import heightfield
 from grasp_bench.planning.depth import SIDE_CLEARANCE
@@ -29,6 +28,7 @@ from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import SceneObject
 from grasp_bench.scene.floating import FloatingGripper, compile_floating
 from grasp_bench.scene.rendering import SHOWN_GROUPS
+from grasp_bench.system.arrays import Floats
 
 REST_VERSION = 3
 """Raise this when resting poses or reference grasps would come out differently: all are built again then."""

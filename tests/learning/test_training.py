@@ -16,10 +16,10 @@ from typer.testing import CliRunner
 from grasp_bench.cli.train import train_command
 from grasp_bench.errors import AssetError, GraspBenchError
 from grasp_bench.grasps import Grasp, GraspMaps, angle_difference
+from grasp_bench.learning.data.scenes import Scene, load_scene, load_scenes
 from grasp_bench.learning.training.augment import View, crop_scene, jitter_colour, jitter_depth, random_view
 from grasp_bench.learning.training.batches import make_batch, scenes_of_step
 from grasp_bench.learning.training.config import TrainConfig
-from grasp_bench.learning.training.dataset import Scene, load_scene, load_scenes
 from grasp_bench.learning.training.loop import CHECKPOINT, train
 from grasp_bench.learning.training.loss import grasp_loss
 from grasp_bench.learning.training.validate import is_hit, validate

@@ -13,11 +13,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from grasp_bench.arrays import Floats
 from grasp_bench.planning import heightfield
 from grasp_bench.planning.heightfield import CELL, GraspField, HeightField, maxima
 from grasp_bench.scene.floating import FloatingGripper
 from grasp_bench.scene.rendering import SHOWN_GROUPS
+from grasp_bench.system.arrays import Floats
 
 Rng = np.random.Generator
 Jaws = tuple[int, int, float]

@@ -14,12 +14,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from grasp_bench.arrays import Floats
 from grasp_bench.errors import AssetError, GraspBenchError
 from grasp_bench.grasps import Grasp
 from grasp_bench.learning.data.jacquard import row_from_grasp
-from grasp_bench.learning.training.dataset import load_scene, read_index, unpacked
+from grasp_bench.learning.data.scenes import load_scene, read_index, unpacked
 from grasp_bench.robot.parallel_85 import PARALLEL_85
+from grasp_bench.system.arrays import Floats
 
 SIZE = 1024
 """Side of Jacquard's images; trainers of the GG-CNN lineage take it for granted [px]."""

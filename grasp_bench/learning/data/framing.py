@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from grasp_bench.arrays import Floats
 from grasp_bench.learning.data.levelling import levelled
 from grasp_bench.learning.data.rectangles import Sample
+from grasp_bench.system.arrays import Floats
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ import numpy as np
 from pebble import ProcessPool
 
 from grasp_bench.errors import GraspBenchError
-from grasp_bench.learning.training.dataset import INDEX
+from grasp_bench.learning.data.scenes import INDEX
 from grasp_bench.system.graphics import without_gl
 from grasp_bench.system.integrity import write_whole
 from grasp_bench.system.machine import THREADS

@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 
-from grasp_bench.arrays import Floats
 from grasp_bench.errors import UnknownNameError
 from grasp_bench.grasps import Grasp
 from grasp_bench.learning.data.rectangles import (
@@ -27,6 +26,7 @@ from grasp_bench.learning.data.rectangles import (
     without_nan,
 )
 from grasp_bench.runs.evaluation import DatasetName
+from grasp_bench.system.arrays import Floats
 
 ENDING = "grasps.txt"
 DEPTHS = ("perfect", "stereo")

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, gaussian_filter, grey_closing
 
-from grasp_bench.arrays import Floats
 from grasp_bench.camera import CameraPose, Intrinsics
 from grasp_bench.learning.data.candidates import Candidates
 from grasp_bench.planning.heightfield import CELL, GraspField, HeightField, balance
 from grasp_bench.scene.rendering import Picture
+from grasp_bench.system.arrays import Floats
 
 Arrays = dict[str, NDArray]
 

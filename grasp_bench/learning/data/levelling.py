@@ -19,7 +19,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from grasp_bench.arrays import Floats
+from grasp_bench.system.arrays import Floats
 
 Depth = NDArray[np.float32]
 

@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from shapely.geometry import MultiPoint, Polygon
 from shapely.geometry.base import BaseGeometry
 
-from grasp_bench.arrays import Floats
+from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop import shapes
 from grasp_bench.workshop.shapes import Mesh
 

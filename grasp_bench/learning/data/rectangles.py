@@ -16,10 +16,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from grasp_bench.arrays import Floats
 from grasp_bench.errors import AssetError
 from grasp_bench.grasps import Grasp
 from grasp_bench.runs.evaluation import DatasetName
+from grasp_bench.system.arrays import Floats
 
 
 @dataclass(frozen=True)

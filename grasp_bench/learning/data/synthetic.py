@@ -3,7 +3,7 @@
 Labels come from the same analysis of true heights that finds reference grasps; good, poor and
 wrong grasps are tried with the floating gripper, and what physics refutes is marked down. A scene
 depends on (seed, index) and the parameters only. The format is that of
-:mod:`grasp_bench.learning.training.dataset`, plus
+:mod:`grasp_bench.learning.data.scenes`, plus
 
     depth_true  uint16  (S, S)    0.1 mm, without noise
     tried       float32 (M, 6)    x, y [px], angle [rad], width [px], quality by analysis, held
@@ -25,13 +25,12 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from grasp_bench.arrays import Floats
 from grasp_bench.camera import Intrinsics
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.learning.data import labels
 from grasp_bench.learning.data.candidates import Candidates, propose
 from grasp_bench.learning.data.random_shapes import RandomObject, random_color, random_object
-from grasp_bench.learning.training.dataset import packed
+from grasp_bench.learning.data.scenes import packed
 from grasp_bench.planning import heightfield
 from grasp_bench.planning.heightfield import CELL, HeightField
 from grasp_bench.scenario.reading import load_scenario
@@ -40,6 +39,7 @@ from grasp_bench.scene.builder import TABLE
 from grasp_bench.scene.floating import QUICK, FloatingGripper, compile_floating
 from grasp_bench.scene.rendering import Picture, raycast
 from grasp_bench.scene.sensor import sense
+from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.poses import measure_heights
 
 Rng = np.random.Generator

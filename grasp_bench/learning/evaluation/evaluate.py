@@ -15,10 +15,10 @@ import numpy as np
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.learning.data.folds import make_folds
 from grasp_bench.learning.data.opening import open_collection
+from grasp_bench.learning.data.scenes import load_scene, read_index
 from grasp_bench.learning.evaluation.fold_training import Training, train_fold
 from grasp_bench.learning.evaluation.protocols import CONVENTIONS, Case, evaluate_case, make_case
 from grasp_bench.learning.training.augment import View, crop_scene
-from grasp_bench.learning.training.dataset import load_scene, read_index
 from grasp_bench.networks.registry import NETWORKS
 from grasp_bench.predictors.names import load_predictor
 from grasp_bench.predictors.network import NetworkPredictor

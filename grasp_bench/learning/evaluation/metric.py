@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from grasp_bench.arrays import Floats
 from grasp_bench.grasps import Grasp, GraspMaps, angle_difference, rectangle_iou, wrap_angle
 from grasp_bench.runs.evaluation import Verdict
+from grasp_bench.system.arrays import Floats
 
 ANGLE = math.radians(30)
 IOU = 0.25

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grasp_bench.arrays import Floats
 from grasp_bench.camera import Intrinsics, RgbdImage
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.grasps import Grasp
@@ -18,6 +17,7 @@ from grasp_bench.learning.data.rectangles import Collection, Sample
 from grasp_bench.learning.evaluation.metric import Judged, judge, legacy_best
 from grasp_bench.predictors.protocol import Predictor, PrivilegedPredictor, checked
 from grasp_bench.runs.evaluation import Protocol
+from grasp_bench.system.arrays import Floats
 
 CONVENTIONS: dict[Protocol, dict[str, str]] = {
     "strict": {

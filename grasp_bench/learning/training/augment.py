@@ -13,9 +13,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from grasp_bench.arrays import Floats
 from grasp_bench.grasps import Grasp, GraspMaps, wrap_angle
-from grasp_bench.learning.training.dataset import DEPTH_UNIT, Scene, unpacked
+from grasp_bench.learning.data.scenes import DEPTH_UNIT, Scene, unpacked
+from grasp_bench.system.arrays import Floats
 
 
 @dataclass(frozen=True)

@@ -21,10 +21,10 @@ import torch
 from torch import Tensor, nn
 
 from grasp_bench.errors import AssetError, GraspBenchError
+from grasp_bench.learning.data.scenes import SceneSet
 from grasp_bench.learning.training.batches import batches
 from grasp_bench.learning.training.checkpoint import load_checkpoint, save_checkpoint
 from grasp_bench.learning.training.config import TrainConfig
-from grasp_bench.learning.training.dataset import SceneSet
 from grasp_bench.learning.training.log import RunLog
 from grasp_bench.learning.training.loss import grasp_loss
 from grasp_bench.learning.training.validate import Accuracy, validate

@@ -14,8 +14,9 @@ import numpy as np
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.learning.data.folds import make_folds
 from grasp_bench.learning.data.opening import open_collection
+from grasp_bench.learning.data.real import RealScenes
 from grasp_bench.learning.data.rectangles import Collection
-from grasp_bench.learning.training.dataset import (
+from grasp_bench.learning.data.scenes import (
     Scene,
     SceneSet,
     is_generated,
@@ -23,7 +24,6 @@ from grasp_bench.learning.training.dataset import (
     load_scenes,
     read_index,
 )
-from grasp_bench.learning.training.real import RealScenes
 from grasp_bench.runs.evaluation import Split
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from grasp_bench.arrays import Floats
 from grasp_bench.objects.catalog import VisualPart
+from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.decompose import DecompositionError
 from grasp_bench.workshop.shapes import Mesh
 

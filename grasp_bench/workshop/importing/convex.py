@@ -10,7 +10,7 @@ from dataclasses import asdict
 import numpy as np
 import trimesh
 
-from grasp_bench.arrays import Floats
+from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.decompose import (
     BOUNDS,
     MAX_HULLS,

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from pebble import ProcessExpired, ProcessPool
 
-from grasp_bench.arrays import Floats
 from grasp_bench.objects.catalog import VisualPart
+from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.build import rounded, write_hulls, write_visual
 from grasp_bench.workshop.importing import paint as painting
 from grasp_bench.workshop.importing.body import Body, Options

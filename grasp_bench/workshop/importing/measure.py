@@ -11,12 +11,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from grasp_bench.arrays import Floats
 from grasp_bench.objects.catalog import ObjectModel, load_details
 from grasp_bench.planning.heightfield import CELL
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import OBJECT, compile_mjcf, compose
 from grasp_bench.scene.rendering import SHOWN_GROUPS
+from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.pictures import traced_picture
 from grasp_bench.workshop.poses import measure_heights
 

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from PIL import Image
 from scipy.spatial import cKDTree
 
-from grasp_bench.arrays import Floats, Ints
 from grasp_bench.objects.catalog import VisualPart
+from grasp_bench.system.arrays import Floats, Ints
 
 MAX_COLORS = 28
 MAX_FACES = 60_000

@@ -19,7 +19,7 @@ import trimesh
 from PIL import Image
 from trimesh.resolvers import Resolver
 
-from grasp_bench.arrays import Floats, Ints
+from grasp_bench.system.arrays import Floats, Ints
 from grasp_bench.workshop.importing.folder import Folder, RefusedError, check_image
 from grasp_bench.workshop.importing.paint import Paint, join, read_paint
 

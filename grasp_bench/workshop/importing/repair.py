@@ -15,7 +15,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from shapely.geometry import Polygon
 
-from grasp_bench.arrays import Floats, Ints
+from grasp_bench.system.arrays import Floats, Ints
 from grasp_bench.workshop.importing.folder import RefusedError
 
 WELD = 1e-6

@@ -12,8 +12,8 @@ import xml.etree.ElementTree as ET
 import mujoco
 import numpy as np
 
-from grasp_bench.arrays import Floats
 from grasp_bench.objects.catalog import VisualPart
+from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.decompose import MAX_HULLS, compare, reduce_hull
 from grasp_bench.workshop.importing import paint as painting
 from grasp_bench.workshop.importing.body import Body, Options

@@ -17,8 +17,8 @@ import trimesh
 from numpy.typing import NDArray
 from PIL import Image
 
-from grasp_bench.arrays import Floats
 from grasp_bench.scene.builder import stl_bytes
+from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.importing.folder import Folder, RefusedError, check_image
 from grasp_bench.workshop.importing.paint import Paint
 from grasp_bench.workshop.importing.readers import Scan, read_mesh

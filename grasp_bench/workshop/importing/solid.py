@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from grasp_bench.arrays import Floats
+from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.importing.folder import RefusedError
 from grasp_bench.workshop.importing.repair import Mended, pieces
 from grasp_bench.workshop.shapes import Mesh

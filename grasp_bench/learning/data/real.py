@@ -15,7 +15,7 @@ import numpy as np
 from grasp_bench.grasps import GraspMaps
 from grasp_bench.learning.data.framing import Frame, framed
 from grasp_bench.learning.data.rectangles import Collection, Sample
-from grasp_bench.learning.training.dataset import Scene, packed
+from grasp_bench.learning.data.scenes import Scene, packed
 
 MARGIN = 4 / 3
 """Side of a scene over side of the network's input."""

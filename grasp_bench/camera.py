@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Floats = NDArray[np.float64]
+from grasp_bench.system.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Intrinsics:
 
     @classmethod
     def from_fov(cls, width: int, height: int, horizontal_fov: float) -> Intrinsics:
-        """Square pixels and a centred principal point; ``horizontal_fov`` in radians."""
+        """Make intrinsics of square pixels and a centred principal point; ``horizontal_fov`` in radians."""
         f = width / 2 / np.tan(horizontal_fov / 2)
         return cls(width, height, float(f), float(f), width / 2, height / 2)
 
@@ -56,27 +56,28 @@ class Intrinsics:
         return float(2 * np.arctan(self.height / 2 / self.fy))
 
     def project(self, points: ArrayLike) -> Floats:
-        """Camera-frame points (…, 3) [m] to pixels (…, 2)."""
+        """Project camera-frame points (…, 3) [m] to pixels (…, 2)."""
         p = np.asarray(points, dtype=float)
         return np.stack(
             [self.fx * p[..., 0] / p[..., 2] + self.cx, self.fy * p[..., 1] / p[..., 2] + self.cy], axis=-1
         )
 
     def deproject(self, pixels: ArrayLike, depth: ArrayLike) -> Floats:
-        """Pixels (…, 2) with z-depth (…) [m] to camera-frame points (…, 3) [m]."""
+        """Turn pixels (…, 2) with z-depth (…) [m] into camera-frame points (…, 3) [m]."""
         uv, z = np.asarray(pixels, dtype=float), np.asarray(depth, dtype=float)
         return np.stack(
             [(uv[..., 0] - self.cx) / self.fx * z, (uv[..., 1] - self.cy) / self.fy * z, z], axis=-1
         )
 
     def rays(self) -> Floats:
-        """Camera-frame directions (height, width, 3) through all pixel centres, with z = 1; read-only."""
+        """Return camera-frame directions (height, width, 3) through all pixel centres, with z = 1;
+        read-only."""
         return _rays(self)
 
 
 @lru_cache(maxsize=4)
 def _rays(camera: Intrinsics) -> Floats:
-    """Read-only, because all who ask for the same camera share it."""
+    """Return the rays, read-only, because all who ask for the same camera share them."""
     u, v = np.meshgrid(np.arange(camera.width) + 0.5, np.arange(camera.height) + 0.5)
     rays = camera.deproject(np.stack([u, v], axis=-1), np.ones((camera.height, camera.width)))
     rays.flags.writeable = False
@@ -97,7 +98,7 @@ class CameraPose:
 
     @classmethod
     def look_at(cls, position: ArrayLike, target: ArrayLike, image_up: ArrayLike) -> CameraPose:
-        """Camera at ``position`` looking at ``target``, the image's upper edge towards ``image_up``.
+        """Put a camera at ``position`` that looks at ``target``, the image's upper edge towards ``image_up``.
 
         Raises:
             ValueError: when target and position coincide, or ``image_up`` is along the view.
@@ -114,7 +115,7 @@ class CameraPose:
         return cls(eye, np.column_stack([x, np.cross(z, x), z]))
 
     def moved(self, shift: ArrayLike, turn: ArrayLike) -> CameraPose:
-        """The pose moved by ``shift`` (3,) [m] and turned by the rotation vector ``turn`` (3,) [rad],
+        """Return the pose moved by ``shift`` (3,) [m] and turned by the rotation vector ``turn`` (3,) [rad],
         both in world coordinates, about its optical centre."""
         vector = np.asarray(turn, dtype=float)
         angle = float(np.linalg.norm(vector))
@@ -124,11 +125,11 @@ class CameraPose:
         return CameraPose(self.position + np.asarray(shift, dtype=float), rotation @ self.rotation)
 
     def to_world(self, points: ArrayLike) -> Floats:
-        """Camera-frame points (…, 3) to world points (…, 3)."""
+        """Turn camera-frame points (…, 3) into world points (…, 3)."""
         return np.asarray(points, dtype=float) @ self.rotation.T + self.position
 
     def to_camera(self, points: ArrayLike) -> Floats:
-        """World points (…, 3) to camera-frame points (…, 3)."""
+        """Turn world points (…, 3) into camera-frame points (…, 3)."""
         return (np.asarray(points, dtype=float) - self.position) @ self.rotation
 
 
@@ -139,7 +140,7 @@ class RgbdImage:
     Attributes:
         rgb: (H, W, 3) uint8.
         depth: (H, W) float32 z-depth in metres, 0 where the camera measured nothing.
-        intrinsics: of both, for images of this size.
+        intrinsics: those of the camera, for images of this size.
     """
 
     rgb: NDArray[np.uint8]
@@ -160,5 +161,5 @@ class RgbdImage:
 
     @property
     def valid(self) -> NDArray[np.bool_]:
-        """(H, W) where depth was measured."""
+        """(H, W) mask of the pixels whose depth was measured."""
         return self.depth > 0

@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from shapely.geometry import Polygon
 
-Floats = NDArray[np.float64]
+from grasp_bench.system.arrays import Floats
+
 Maps = NDArray[np.float32]
 
 
 def wrap_angle(angle: float) -> float:
-    """Angle of a two-fingered grasp brought to (−π/2, π/2]: a half turn changes nothing."""
+    """Bring the angle of a two-fingered grasp to (−π/2, π/2]: a half turn changes nothing."""
     wrapped = math.fmod(angle, math.pi)
     if wrapped > math.pi / 2:
         wrapped -= math.pi
@@ -30,7 +31,7 @@ def wrap_angle(angle: float) -> float:
 
 
 def angle_difference(a: float, b: float) -> float:
-    """Smallest rotation in [0, π/2] between two jaw directions."""
+    """Return the smallest rotation in [0, π/2] between two jaw directions."""
     return abs(wrap_angle(a - b))
 
 
@@ -52,13 +53,13 @@ class Grasp:
     quality: float = 1.0
 
     def ends(self) -> Floats:
-        """(2, 2) pixel positions of the two finger tips."""
+        """Return the (2, 2) pixel positions of the two finger tips."""
         half = 0.5 * self.width * np.array([math.cos(self.angle), -math.sin(self.angle)])
         centre = np.array([self.x, self.y])
         return np.stack([centre - half, centre + half])
 
     def rectangle(self, height: float | None = None) -> Floats:
-        """(4, 2) corners, the first edge along the jaw opening direction.
+        """Return the (4, 2) corners, the first edge along the jaw opening direction.
 
         ``height`` (jaw size) defaults to half the width, as the GG-CNN lineage evaluates.
         """
@@ -71,7 +72,7 @@ class Grasp:
 
     @classmethod
     def from_rectangle(cls, corners: ArrayLike, quality: float = 1.0) -> Grasp:
-        """Grasp of a labelled rectangle (4, 2) whose first edge is the jaw opening direction."""
+        """Make the grasp of a labelled rectangle (4, 2) whose first edge is the jaw opening direction."""
         c = np.asarray(corners, dtype=float)
         dx, dy = c[1] - c[0]
         x, y = c.mean(0)
@@ -79,7 +80,7 @@ class Grasp:
 
 
 def rectangle_iou(first: ArrayLike, second: ArrayLike) -> float:
-    """Intersection over union of two convex quadrilaterals (4, 2), paper equation 9."""
+    """Return the intersection over union of two convex quadrilaterals (4, 2), paper equation 9."""
     a, b = Polygon(np.asarray(first)), Polygon(np.asarray(second))
     if not (a.is_valid and b.is_valid):
         return 0.0
@@ -91,8 +92,8 @@ def rectangle_iou(first: ArrayLike, second: ArrayLike) -> float:
 def is_correct(
     grasp: Grasp, truths: Iterable[Grasp], *, iou: float = 0.25, angle: float = math.radians(30)
 ) -> bool:
-    """The rectangle metric of the paper's section 4.1(c): within 30° of and IoU above 0.25
-    with at least one labelled grasp."""
+    """Judge by the rectangle metric of the paper's section 4.1(c): within 30° of and IoU above 0.25 with at
+    least one labelled grasp."""
     corners = grasp.rectangle()
     return any(
         angle_difference(grasp.angle, t.angle) <= angle and rectangle_iou(corners, t.rectangle()) > iou
@@ -105,7 +106,7 @@ class GraspMaps:
     """Dense grasps, one a pixel (paper equation 2): four (H, W) float32 arrays.
 
     Attributes:
-        quality: in [0, 1].
+        quality: predicted chance of success in [0, 1].
         sin2, cos2: sine and cosine of twice the angle, which a half turn leaves unchanged.
         width: jaw opening in pixels of this map.
     """
@@ -121,32 +122,26 @@ class GraspMaps:
         return (0.5 * np.arctan2(self.sin2, self.cos2)).astype(np.float32)
 
     def smoothed(self, sigma: float = 2.0) -> GraspMaps:
-        """Gaussian-filtered maps. The angle is filtered as sine and cosine: filtering it
-        directly, as GG-CNN's code does, smears across the ±π/2 seam."""
+        """Return Gaussian-filtered maps. The angle is filtered as sine and cosine: filtering it directly, as
+        GG-CNN's code does, smears across the ±π/2 seam."""
         from scipy.ndimage import gaussian_filter
 
+        maps = (self.quality, self.sin2, self.cos2, self.width)
+        sigmas = (sigma, sigma, sigma, sigma / 2)
         return GraspMaps(
-            *(
-                gaussian_filter(m, s).astype(np.float32)
-                for m, s in (
-                    (self.quality, sigma),
-                    (self.sin2, sigma),
-                    (self.cos2, sigma),
-                    (self.width, sigma / 2),
-                )
-            )
+            *(gaussian_filter(m, s).astype(np.float32) for m, s in zip(maps, sigmas, strict=True))
         )
 
     def peaks(self, count: int = 8, min_distance: int = 8, threshold: float = 0.05) -> list[Grasp]:
-        """The best places, best first, as grasps in pixels of this map.
+        """Return the best places, best first, as grasps in pixels of this map.
 
         Greedy non-maximum suppression: of what is left, the best place is taken and its surroundings are
         dropped. So there are others where the best cannot be carried out, on a ridge with one maximum, too.
 
         Args:
-            count: how many at most.
+            count: greatest number of grasps returned.
             min_distance: no two within this many pixels (square neighbourhood).
-            threshold: least quality.
+            threshold: places of less quality are left out.
         """
         left, angle = np.array(self.quality), self.angle
         found: list[Grasp] = []
@@ -171,7 +166,7 @@ class GraspMaps:
 
     @classmethod
     def from_grasps(cls, grasps: Iterable[Grasp], shape: tuple[int, int]) -> GraspMaps:
-        """Training maps of grasps, taken as rectangles half as high as wide."""
+        """Make training maps of grasps, taken as rectangles half as high as wide."""
         listed = list(grasps)
         return cls.from_rectangles([g.rectangle() for g in listed], shape, [g.quality for g in listed])
 
@@ -179,7 +174,7 @@ class GraspMaps:
     def from_rectangles(
         cls, rectangles: Iterable[ArrayLike], shape: tuple[int, int], qualities: Iterable[float] | None = None
     ) -> GraspMaps:
-        """Training maps of labelled rectangles (4, 2), their first edge along the jaws' opening.
+        """Make training maps of labelled rectangles (4, 2), their first edge along the jaws' opening.
 
         The third of each in its middle is filled, later ones overwrite earlier ones (the
         convention of GG-CNN's code).
@@ -207,7 +202,7 @@ class GraspPose:
     """A grasp in the world.
 
     Attributes:
-        position: (3,) of the TCP, the midpoint between the finger tips' ends [m].
+        position: (3,) the TCP, the midpoint between the finger tips' ends [m].
         rotation: (3, 3), columns x = jaw opening direction, y, z = approach direction.
         opening: distance between the finger pads before closing [m].
     """
@@ -218,11 +213,12 @@ class GraspPose:
 
     @classmethod
     def top_down(cls, position: ArrayLike, yaw: float, opening: float) -> GraspPose:
-        """Straight down on ``position``, jaws opening at ``yaw`` from world x towards world y."""
+        """Make the pose straight down on ``position``, jaws opening at ``yaw`` from world x towards world
+        y."""
         c, s = math.cos(yaw), math.sin(yaw)
         rotation = np.array([[c, s, 0.0], [s, -c, 0.0], [0.0, 0.0, -1.0]])
         return cls(np.asarray(position, dtype=float), rotation, float(opening))
 
     def flipped(self) -> GraspPose:
-        """The same grasp with the two fingers exchanged."""
+        """Return the same grasp with the two fingers exchanged."""
         return GraspPose(self.position, self.rotation * [-1.0, -1.0, 1.0], self.opening)

@@ -13,7 +13,7 @@ from annotated_types import Ge
 from grasp_bench.learning.training.config import TrainConfig
 
 if TYPE_CHECKING:
-    from grasp_bench.learning.training.dataset import SceneSet
+    from grasp_bench.learning.data.scenes import SceneSet
     from grasp_bench.learning.training.loop import Trained
     from grasp_bench.learning.training.sources import Source
 

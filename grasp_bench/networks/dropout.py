@@ -27,16 +27,16 @@ class Dropout(nn.Module):
         self.dropped = round(p * STEPS)
 
     def extra_repr(self) -> str:
-        """What ``repr`` of a network says of this layer."""
+        """Return what ``repr`` of a network says of this layer."""
         return f"p={self.dropped / STEPS:g}"
 
     def forward(self, x: Tensor) -> Tensor:
-        """Any shape → the same shape and memory layout."""
+        """Map any shape to the same shape and memory layout."""
         if not self.training or not self.dropped:
             return x
         words = torch.empty((x.numel() + 3) // 4, dtype=torch.int64, device=x.device)
         draws = words.random_(-(2**63), None).view(torch.int16)
-        # In the order in which x lies in memory, so that the product walks straight through both.
+        # In the order of x in memory, so that the product walks straight through both.
         draws = draws[: x.numel()].as_strided(x.shape, torch.empty_like(x).stride())
         keep = draws >= self.dropped - STEPS // 2
         # Through int8, which has a fast way to bfloat16; bool has none.

@@ -22,7 +22,7 @@ HEIGHT_SCALE = 0.1
 
 
 def fill_holes(depth: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(H, W) depth whose zeros are replaced by the nearest measured value (all zeros stay zero).
+    """Return the (H, W) depth with zeros replaced by the nearest measured value (all zeros stay zero).
 
     Invents no values, and takes about a quarter of the time of the Navier–Stokes inpainting
     of GG-CNN's code. Nearest up to the error of a 5×5 distance mask.
@@ -42,7 +42,7 @@ def fill_holes(depth: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def encode_depth(depth: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(H, W) metres, 0 = invalid → height over the median in units of 0.1 m, clipped to [−1, 3].
+    """Turn (H, W) metres, 0 = invalid, into height over the median in units of 0.1 m, clipped to [−1, 3].
 
     The GG-CNN lineage clips (d − mean) in metres to [−1, 1]: there a cup 5 cm high is a step
     of 0.05 beside colours of ±0.5, and large objects move the zero. The median of a crop is
@@ -54,13 +54,13 @@ def encode_depth(depth: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def encode_rgb(rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """(H, W, 3) → (3, H, W) in [−1, 1] with the image's mean taken off."""
+    """Turn (H, W, 3) colours into (3, H, W) in [−1, 1] with the image's mean taken off."""
     planes = np.ascontiguousarray(rgb.transpose(2, 0, 1)).astype(np.float32) / np.float32(255)
     return planes - planes.mean()
 
 
 def to_input(rgb: NDArray[np.uint8], depth: NDArray[np.float32], kind: Kind = "rgbd") -> NDArray[np.float32]:
-    """Network input (C, H, W) of an image.
+    """Return the network input (C, H, W) of an image.
 
     Args:
         rgb: (H, W, 3).
@@ -74,12 +74,12 @@ def to_input(rgb: NDArray[np.uint8], depth: NDArray[np.float32], kind: Kind = "r
 
 
 def maps_from_output(output: torch.Tensor) -> GraspMaps:
-    """One image's (4, H, W) or (1, 4, H, W) network output as maps with widths in pixels."""
+    """Turn one image's (4, H, W) or (1, 4, H, W) network output into maps with widths in pixels."""
     q, sin2, cos2, width = output.detach().float().cpu().reshape(4, *output.shape[-2:]).numpy()
     return GraspMaps(np.clip(q, 0.0, 1.0), sin2, cos2, np.maximum(width * np.float32(WIDTH_SCALE), 0.0))
 
 
 def targets_from_maps(maps: GraspMaps) -> NDArray[np.float32]:
-    """What a network should have put out for ``maps``: (4, H, W)."""
+    """Return what a network should have put out for ``maps``: (4, H, W)."""
     width = maps.width / np.float32(WIDTH_SCALE)
     return np.stack([maps.quality, maps.sin2, maps.cos2, width]).astype(np.float32)

@@ -9,7 +9,8 @@ from torch.nn import functional
 
 
 def fit(x: Tensor, size: Sequence[int]) -> Tensor:
-    """(B, C, h, w) → (B, C, *size), two numbers: cut, or continued by its border, at the right and below.
+    """Bring (B, C, h, w) to (B, C, *size), two numbers: cut, or continued by its border, at the right and
+    below.
 
     Strided and transposed convolutions here keep the upper left corner in place.
     """

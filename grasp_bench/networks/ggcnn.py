@@ -35,7 +35,7 @@ class GGCNN(nn.Module):
         _xavier(self)
 
     def forward(self, x: Tensor) -> Tensor:
-        """(B, C, H, W) → (B, 4, H, W). At 300 px sizes come out even, at 224 px 4 are cut."""
+        """Map (B, C, H, W) to (B, 4, H, W). At 300 px sizes come out even, at 224 px 4 are cut."""
         size = x.shape[2:]
         for layer in (*self.encoder, *self.decoder):
             x = functional.relu(layer(x))
@@ -75,5 +75,5 @@ class GGCNN2(nn.Module):
         _xavier(self)
 
     def forward(self, x: Tensor) -> Tensor:
-        """(B, C, H, W) → (B, 4, H, W)."""
+        """Map (B, C, H, W) to (B, 4, H, W)."""
         return fit(self.head(self.body(x)), x.shape[2:])

@@ -38,7 +38,7 @@ class Residual(nn.Module):
         )
 
     def forward(self, x: Tensor) -> Tensor:
-        """(B, C, H, W) → (B, C, H, W)."""
+        """Map (B, C, H, W) to (B, C, H, W)."""
         return x + self.body(x)
 
 
@@ -46,8 +46,8 @@ class GRConvNet(nn.Module):
     """Convolutions to 1/4 resolution, five residual blocks, transposed convolutions.
 
     Args:
-        channels: c of the first layer: 32 (1,900,900 parameters) or 16 (479,156) on RGB-D.
-        inputs: channels of the image.
+        channels: those of the first layer: 32 (1,900,900 parameters) or 16 (479,156) on RGB-D.
+        inputs: number of channels of the image.
     """
 
     def __init__(self, channels: int = 32, inputs: int = 4) -> None:
@@ -69,6 +69,6 @@ class GRConvNet(nn.Module):
                 nn.init.xavier_uniform_(module.weight)
 
     def forward(self, x: Tensor) -> Tensor:
-        """(B, C, H, W) → (B, 4, H, W): quality, sin 2θ, cos 2θ, width."""
+        """Map (B, C, H, W) to (B, 4, H, W): quality, sin 2θ, cos 2θ, width."""
         features = self.body(x)
         return fit(torch.cat([head(features) for head in self.heads], dim=1), x.shape[2:])

@@ -52,7 +52,7 @@ class ExternalAttention(nn.Module):
 
     @staticmethod
     def double_normalise(scores: Tensor) -> Tensor:
-        """(B, N, heads, S) scores → weights: softmax over the tokens, then L1 over the memory.
+        """Turn (B, N, heads, S) scores into weights: softmax over the tokens, then L1 over the memory.
 
         In float32 whatever the autocast type: after the softmax over thousands of tokens the
         values are of the order of 1/N.
@@ -61,7 +61,7 @@ class ExternalAttention(nn.Module):
         return weights / (weights.sum(dim=-1, keepdim=True) + 1e-9)
 
     def forward(self, x: Tensor) -> Tensor:
-        """(B, N, C) → (B, N, C)."""
+        """Map (B, N, C) to (B, N, C)."""
         b, n, c = x.shape
         query = self.query(x).view(b, n, self.heads, c // self.heads)
         weights = self.double_normalise(self.memory_key(query)).to(query.dtype)
@@ -82,7 +82,7 @@ class SelfAttention(nn.Module):
         self.output = nn.Linear(channels, channels)
 
     def forward(self, x: Tensor) -> Tensor:
-        """(B, N, C) → (B, N, C)."""
+        """Map (B, N, C) to (B, N, C)."""
         b, n, c = x.shape
         q, k, v = self.query_key_value(x).view(b, n, 3, self.heads, c // self.heads).permute(2, 0, 3, 1, 4)
         if x.device.type == "cpu":  # the kernel's backward pass takes 1.5 times as long in bfloat16
@@ -106,7 +106,7 @@ class TransformerBlock(nn.Module):
         )
 
     def forward(self, x: Tensor) -> Tensor:
-        """(B, N, C) → (B, N, C)."""
+        """Map (B, N, C) to (B, N, C)."""
         x = x + self.attention(self.norm_attention(x))
         return x + self.feed_forward(self.norm_feed_forward(x))
 
@@ -125,7 +125,7 @@ class Stage(nn.Module):
         self.norm = nn.LayerNorm(channels)
 
     def forward(self, x: Tensor) -> Tensor:
-        """(B, C_in, H, W) → (B, C, H/stride, W/stride), rounded up."""
+        """Map (B, C_in, H, W) to (B, C, H/stride, W/stride), rounded up."""
         x = self.embed(x)
         b, c, h, w = x.shape
         tokens = self.norm_embed(x.flatten(2).transpose(1, 2))
@@ -165,7 +165,7 @@ class ResChannelAttention(nn.Module):
         )
 
     def forward(self, x: Tensor) -> Tensor:
-        """(B, C, H, W) → (B, C, H, W)."""
+        """Map (B, C, H, W) to (B, C, H, W)."""
         residual = self.residual(x)
         if self.excite is None:
             return functional.relu(x + residual, inplace=True)
@@ -188,7 +188,7 @@ class Fuse(nn.Module):
         self.norm = nn.BatchNorm2d(outputs)
 
     def forward(self, maps: list[Tensor]) -> Tensor:
-        """(B, C_i, H_i, W_i) each → (B, outputs, H_1, W_1)."""
+        """Map (B, C_i, H_i, W_i) each to (B, outputs, H_1, W_1)."""
         size = maps[0].shape[2:]
         fused = self.merge[0](maps[0])
         for merge, x in zip(self.merge[1:], maps[1:], strict=True):
@@ -212,9 +212,9 @@ class HTCGrasp(nn.Module):
     """The network; the two switches are the paper's ablations (table 3).
 
     Args:
-        external_attention: off = multi-head self-attention (equation 3) in all blocks.
-        channel_attention: off = no squeeze-and-excite branch in the decoder.
-        inputs: channels of the input image.
+        external_attention: False for multi-head self-attention (equation 3) in all blocks.
+        channel_attention: False for a decoder without squeeze-and-excite branch.
+        inputs: number of channels of the image.
     """
 
     def __init__(
@@ -249,7 +249,7 @@ class HTCGrasp(nn.Module):
         nn.init.normal_(self.head.weight, std=0.01)
 
     def forward(self, x: Tensor) -> Tensor:
-        """(B, C, H, W) → (B, 4, H, W): quality, sin 2θ, cos 2θ, width / WIDTH_SCALE."""
+        """Map (B, C, H, W) to (B, 4, H, W): quality, sin 2θ, cos 2θ, width / WIDTH_SCALE."""
         h, w = x.shape[2:]
         maps = []
         features = x

@@ -19,7 +19,7 @@ SMALLEST = 4096
 
 
 def packed(tensors: dict[str, Tensor]) -> dict[str, Tensor]:
-    """The tensors with the large float16 matrices as int8, and their scales (rows,) beside them."""
+    """Return the tensors with the large float16 matrices as int8, and their scales (rows,) beside them."""
     stored = {}
     for name, value in tensors.items():
         if value.ndim < 2 or value.numel() < SMALLEST or value.dtype != torch.float16:
@@ -33,7 +33,7 @@ def packed(tensors: dict[str, Tensor]) -> dict[str, Tensor]:
 
 
 def unpacked(tensors: dict[str, Tensor], source: object) -> dict[str, Tensor]:
-    """The tensors that :func:`packed` was given, as float32 where they were packed.
+    """Return the tensors that :func:`packed` was given, as float32 where they were packed.
 
     Raises:
         AssetError: when scales do not fit their matrix; ``source`` is what to call the file.

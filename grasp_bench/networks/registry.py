@@ -106,7 +106,7 @@ NETWORKS: dict[str, Network] = {network.name: network for network in REGISTERED}
 
 
 def info(name: str) -> Network:
-    """Entry of ``name``; UnknownNameError lists the valid ones."""
+    """Return the entry of ``name``; UnknownNameError lists the valid ones."""
     try:
         return NETWORKS[name]
     except KeyError:
@@ -114,7 +114,7 @@ def info(name: str) -> Network:
 
 
 def input_kind(name: str, kind: str | None = None) -> Kind:
-    """``kind`` as input of the network ``name``, by default its usual one.
+    """Return ``kind`` as input of the network ``name``, by default its usual one.
 
     Raises:
         UnknownNameError: for an unknown network, or an input it was not published with.
@@ -127,28 +127,29 @@ def input_kind(name: str, kind: str | None = None) -> Kind:
 
 
 def build(name: str, kind: str | None = None) -> nn.Module:
-    """The network ``name`` with fresh weights, for its usual input or another it was published with."""
+    """Build the network ``name`` with fresh weights, for its usual input or another it was published with."""
     network, channels = info(name), CHANNELS[input_kind(name, kind)]
     return resolve_name(network.builder)(inputs=channels, **network.arguments)
 
 
 def parameter_count(network: nn.Module) -> int:
-    """Number of trainable values."""
+    """Return the number of trainable values."""
     return sum(p.numel() for p in network.parameters() if p.requires_grad)
 
 
 def all_weights() -> dict[str, tuple[Network, Weights]]:
-    """All weights that may be shipped, by name, with their network; those of ablations last."""
+    """Return all weights that may be shipped, by name, with their network; those of ablations last."""
     whole_first = sorted(REGISTERED, key=lambda network: network.ablates is not None)
     return {weights.name: (network, weights) for network in whole_first for weights in network.weights}
 
 
 def standing_for(table: int, row: str) -> list[str]:
-    """Names of the weights that stand for a row of the paper, those that ablations are compared with first.
+    """Return the names of the weights that stand for a row of the paper, those that ablations are compared
+    with first.
 
     Args:
-        table: its number in the HTC-Grasp paper.
-        row: as :mod:`grasp_bench.report` calls it.
+        table: number of the table in the HTC-Grasp paper.
+        row: name of the row, as :mod:`grasp_bench.report` has it.
     """
     names = [name for name, (_, weights) in all_weights().items() if weights.rows.get(table) == row]
     compared_with = {network.ablates for network in REGISTERED}
@@ -156,5 +157,5 @@ def standing_for(table: int, row: str) -> list[str]:
 
 
 def family(weights: str) -> list[str]:
-    """Names of these weights and of those of its ablations."""
+    """Return the names of these weights and of those of its ablations."""
     return [weights, *(network.name for network in REGISTERED if network.ablates == weights)]

@@ -19,7 +19,7 @@ class Weights:
     """Weights that a shipped predictor of the same name uses.
 
     Attributes:
-        name: of the predictor, and of the file in ``assets/weights`` without its suffix.
+        name: what the predictor is called, and the file in ``assets/weights`` without its suffix.
         summary: one line for listings.
         rows: the row that they stand for in tables of the HTC-Grasp paper, by the table's number.
     """
@@ -34,16 +34,16 @@ class Network:
     """A network that can be built, trained and run.
 
     Attributes:
-        name: of the network, and of its own weights.
+        name: what the network and its own weights are called.
         summary: one line for listings.
         builder: ``module:Class``, imported when first built; called with ``inputs``, a number of channels.
-        reference: publication.
+        reference: publication that describes it.
         kinds: all inputs that the original was published with, the usual one first.
         arguments: further keyword arguments of the class.
         parameters: counts of the published networks by input; empty where no code was published.
         crop: side of the square input [px].
-        rows: as of :class:`Weights`.
-        ablates: name of the weights that this ablation is compared with; None for what is no ablation.
+        rows: the same for the network's own weights as :attr:`Weights.rows`.
+        ablates: name of the weights that this ablation is compared with; None where there is none.
         others: further weights of this network that are shipped.
     """
 

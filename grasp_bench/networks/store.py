@@ -1,4 +1,4 @@
-"""Files of weights: where they lie, whether they are those shipped, and what they say of themselves.
+"""Files of weights: where they are, whether they are those shipped, and what they say of themselves.
 
 Nothing here imports torch; :mod:`grasp_bench.networks.weights` reads and writes the tensors.
 """
@@ -19,7 +19,7 @@ from grasp_bench.system.integrity import MANIFEST, sha256
 from grasp_bench.system.paths import assets_dir
 
 FACTS = "grasp_bench"
-"""Where in a file's header its metadata lie, as JSON."""
+"""Key in a file's header under which its metadata are, as JSON."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class WeightsFile:
             )
 
     def described(self) -> str:
-        """Name and first digits of the SHA-256; AssetError when the file is missing."""
+        """Return name and first digits of the SHA-256; AssetError when the file is missing."""
         self.require()
         return f"{self.name} {sha256(self.path)[:16]}"
 
@@ -99,7 +99,7 @@ class WeightsFile:
 
     @contextmanager
     def opened(self, framework: str) -> Iterator[tuple[Any, dict[str, Any]]]:
-        """The open file of safetensors, for tensors of ``framework``, and the metadata in it.
+        """Open the file of safetensors, for tensors of ``framework``, and give it with the metadata in it.
 
         Raises:
             AssetError: the file is missing or damaged, also where that shows while it is open.
@@ -117,16 +117,16 @@ class WeightsFile:
             ) from error
 
     def metadata(self) -> dict[str, Any]:
-        """The facts stored with the weights; AssetError where the file is missing or damaged."""
+        """Return the facts stored with the weights; AssetError where the file is missing or damaged."""
         with self.opened("numpy") as (_, metadata):
             return metadata
 
 
 def shipped_file(name: str) -> WeightsFile:
-    """The file of the weights that are shipped under ``name``."""
+    """Return the file of the weights that are shipped under ``name``."""
     return WeightsFile(assets_dir() / "weights" / f"{name}.safetensors")
 
 
 def stored_input(metadata: dict[str, Any]) -> str | None:
-    """'rgbd', 'rgb' or 'depth' as the weights' metadata say; None where they do not."""
+    """Return 'rgbd', 'rgb' or 'depth' as the weights' metadata say; None where they do not."""
     return str(metadata["input"]).split()[0] if metadata.get("input") else None

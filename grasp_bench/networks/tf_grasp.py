@@ -19,20 +19,20 @@ DROP_PATH = 0.1
 
 
 def _to_windows(x: Tensor) -> Tensor:
-    """(B, H, W, C) → (B · windows, 49, C)."""
+    """Turn (B, H, W, C) into (B · windows, 49, C)."""
     b, h, w, c = x.shape
     x = x.view(b, h // WINDOW, WINDOW, w // WINDOW, WINDOW, c)
     return x.transpose(2, 3).reshape(-1, WINDOW * WINDOW, c)
 
 
 def _from_windows(windows: Tensor, shape: torch.Size) -> Tensor:
-    """Inverse of ``_to_windows``."""
+    """Undo ``_to_windows``."""
     b, h, w, c = shape
     return windows.view(b, h // WINDOW, w // WINDOW, WINDOW, WINDOW, c).transpose(2, 3).reshape(shape)
 
 
 def _relative_index() -> Tensor:
-    """(49, 49) row of the bias table for each pair of tokens of a window."""
+    """Return the (49, 49) row of the bias table for each pair of tokens of a window."""
     axis = torch.arange(WINDOW)
     row, column = (g.flatten() for g in torch.meshgrid(axis, axis, indexing="ij"))
     down, right = row[:, None] - row[None, :] + WINDOW - 1, column[:, None] - column[None, :] + WINDOW - 1
@@ -43,7 +43,7 @@ class SwinBlock(nn.Module):
     """Attention inside windows and a feed-forward layer, both residual and pre-norm.
 
     Args:
-        channels, heads: of the attention.
+        channels, heads: width and number of heads of the attention.
         shift: tokens by which the windows are moved, cyclically, before attending.
         drop_path: chance that a residual branch is left out for a training sample.
     """
@@ -65,7 +65,7 @@ class SwinBlock(nn.Module):
         nn.init.trunc_normal_(self.bias, std=0.02)
 
     def forward(self, x: Tensor) -> Tensor:
-        """(B, H, W, C) → (B, H, W, C), H and W multiples of 7."""
+        """Map (B, H, W, C) to (B, H, W, C), H and W multiples of 7."""
         x = x + self._drop(self._attend(self.norm_attention(x)))
         return x + self._drop(self.feed_forward(self.norm_feed_forward(x)))
 
@@ -87,7 +87,7 @@ class SwinBlock(nn.Module):
 
     @staticmethod
     def _apart(h: int, w: int, shift: int, device: torch.device) -> Tensor:
-        """(windows, 1, 49, 49): −100 between tokens that only the cyclic shift put side by side."""
+        """Return (windows, 1, 49, 49): −100 between tokens that only the cyclic shift put side by side."""
 
         def zone(n: int) -> Tensor:
             i = torch.arange(n, device=device)
@@ -113,19 +113,13 @@ class Merge(nn.Module):
         self.reduce = nn.Linear(4 * channels, 2 * channels, bias=False)
 
     def forward(self, x: Tensor) -> Tensor:
-        """(B, H, W, C) → (B, H/2, W/2, 2C)."""
+        """Map (B, H, W, C) to (B, H/2, W/2, 2C)."""
         parts = [x[:, i::2, j::2] for j in (0, 1) for i in (0, 1)]
         return self.reduce(self.norm(torch.cat(parts, dim=-1)))
 
 
 class Expand(nn.Module):
-    """Multiplies the resolution by ``factor``: a linear map, then a plain reshape.
-
-    Args:
-        channels: of the input.
-        outputs: of the output.
-        factor: of height and width.
-    """
+    """Multiplies the resolution by ``factor``: a linear map, then a plain reshape."""
 
     def __init__(self, channels: int, outputs: int, factor: int) -> None:
         super().__init__()
@@ -134,7 +128,7 @@ class Expand(nn.Module):
         self.norm = nn.LayerNorm(outputs)
 
     def forward(self, x: Tensor) -> Tensor:
-        """(B, H, W, C) → (B, factor · H, factor · W, outputs)."""
+        """Map (B, H, W, C) to (B, factor · H, factor · W, outputs)."""
         b, h, w, _ = x.shape
         return self.norm(self.expand(x).reshape(b, self.factor * h, self.factor * w, self.outputs))
 
@@ -143,8 +137,8 @@ class TFGrasp(nn.Module):
     """6,812,108 parameters at embedding 48 on RGB-D.
 
     Args:
-        inputs: channels of the image.
-        embedding: channels of the first level.
+        inputs: number of channels of the image.
+        embedding: number of channels of the first level.
     """
 
     def __init__(self, inputs: int = 4, embedding: int = 48) -> None:
@@ -183,7 +177,7 @@ class TFGrasp(nn.Module):
                     nn.init.zeros_(module.bias)
 
     def forward(self, x: Tensor) -> Tensor:
-        """(B, C, H, W) → (B, 4, H, W): quality, sin 2θ, cos 2θ, width.
+        """Map (B, C, H, W) to (B, 4, H, W): quality, sin 2θ, cos 2θ, width.
 
         Sides that are not multiples of 224 are padded by zeros, as the windows need.
         """

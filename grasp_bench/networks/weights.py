@@ -28,7 +28,6 @@ def save(network: nn.Module, path: Path, metadata: dict[str, Any]) -> None:
     """Write weights at once or not at all.
 
     Args:
-        network: to store.
         path: ``….safetensors``.
         metadata: JSON-able facts (network, steps, data, seed, accuracy …).
     """
@@ -46,16 +45,16 @@ def save(network: nn.Module, path: Path, metadata: dict[str, Any]) -> None:
 
 
 def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]]:
-    """Network ``name`` with weights, in evaluation mode, and their metadata.
+    """Build network ``name`` with weights, in evaluation mode; returned with the metadata of the weights.
 
     Args:
         name: a key of ``NETWORKS``.
-        path: weights; by default those shipped, whose SHA-256 must be that of the manifest.
+        path: file of weights; by default the shipped one, whose SHA-256 must be that of the manifest.
 
     Raises:
         AssetError: the file is missing, truncated, altered or of another network.
     """
-    info(name)  # a wrong name is told before a missing file
+    info(name)  # a wrong name is refused before a missing file
     file = shipped_file(name) if path is None else WeightsFile(Path(path))
     file.intact()
     with file.opened("pt") as (stored, metadata):
@@ -69,22 +68,20 @@ def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]
         )
     network = build(name, stored_input(metadata))
     wanted, tensors = network.state_dict(), unpacked(tensors, path)
-    if odd := sorted(set(wanted) ^ set(tensors)):
-        raise AssetError(
-            f"{path} does not fit network {name!r}: {len(odd)} tensors missing or unknown, "
-            f"first {odd[0]!r}; train again or fetch the file of this version."
+
+    def misfit(why: str) -> AssetError:
+        return AssetError(
+            f"{path} does not fit network {name!r}: {why}; train again or fetch the file of this version."
         )
+
+    if odd := sorted(set(wanted) ^ set(tensors)):
+        raise misfit(f"{len(odd)} tensors missing or unknown, first {odd[0]!r}")
     for key, value in wanted.items():
-        if tensors[key].shape != value.shape:
-            raise AssetError(
-                f"{path} does not fit network {name!r}: {key} has shape {tuple(tensors[key].shape)}, not "
-                f"{tuple(value.shape)}; train again or fetch the file of this version."
-            )
-        if tensors[key].is_floating_point() != value.is_floating_point():
-            raise AssetError(
-                f"{path} does not fit network {name!r}: {key} holds {_kind(tensors[key])}, not "
-                f"{_kind(value)}; train again or fetch the file of this version."
-            )
+        found = tensors[key]
+        if found.shape != value.shape:
+            raise misfit(f"{key} has shape {tuple(found.shape)}, not {tuple(value.shape)}")
+        if found.is_floating_point() != value.is_floating_point():
+            raise misfit(f"{key} holds {_kind(found)}, not {_kind(value)}")
         if not torch.isfinite(tensors[key].float()).all():
             raise AssetError(f"{path}: {key} has values that are not finite; fetch or train the file again.")
     network.load_state_dict({k: v.to(wanted[k].dtype) for k, v in tensors.items()})

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.errors import AssetError, UnknownNameError
+from grasp_bench.system.arrays import Floats
 from grasp_bench.system.integrity import MANIFEST, sha256
 from grasp_bench.system.paths import assets_dir
 
@@ -26,7 +27,6 @@ if TYPE_CHECKING:  # type checkers do not see that a cached_property meets a pro
 else:
     from functools import cached_property
 
-Floats = NDArray[np.float64]
 FILES = ("visual.glb", "collision.glb", "object.json")
 
 
@@ -67,8 +67,8 @@ class RestingPose:
 
     Attributes:
         quaternion: (4,) w, x, y, z of the object in the world, free up to yaw.
-        height: of the centre of mass above the table [m].
-        probability: of coming to rest so when dropped at random.
+        height: that of the centre of mass above the table [m].
+        probability: chance of coming to rest so when dropped at random.
         grasps: reference grasps, best first; empty where none fits the gripper.
     """
 
@@ -77,6 +77,15 @@ class RestingPose:
     probability: float
     grasps: tuple[ReferenceGrasp, ...]
 
+    @property
+    def rotation(self) -> Floats:
+        """(3, 3) matrix of the quaternion, to the bits of MuJoCo's own."""
+        import mujoco
+
+        matrix = np.zeros(9)
+        mujoco.mju_quat2Mat(matrix, self.quaternion)
+        return matrix.reshape(3, 3)
+
 
 @dataclass(frozen=True)
 class ObjectModel:
@@ -84,7 +93,7 @@ class ObjectModel:
 
     Attributes:
         name, category: as in the manifest.
-        folder: where its files lie.
+        folder: where its files are.
         mass: kilograms.
         inertia: (3, 3) about the centre of mass, in the object's axes [kg m²].
         friction: sliding friction coefficient against the finger pads.
@@ -140,7 +149,7 @@ def _load_glb(path: Path) -> Any:
 
 
 def combined_digest(files: dict[str, str]) -> str:
-    """One digest of an object's file digests."""
+    """Return one digest of an object's file digests."""
     return hashlib.sha256(json.dumps(files, sort_keys=True).encode()).hexdigest()
 
 
@@ -148,7 +157,7 @@ class Catalog:
     """The objects of one folder.
 
     Args:
-        folder: with a ``manifest.json``; the shipped 180 objects by default.
+        folder: one with a ``manifest.json``; that of the shipped 180 objects by default.
 
     Raises:
         AssetError: when the manifest is missing or not readable.
@@ -180,7 +189,7 @@ class Catalog:
         return sorted({e["category"] for e in self.entries.values()})
 
     def select(self, what: str) -> list[str]:
-        """Names meant by ``all``, a category, or comma-separated names and categories.
+        """Return the names meant by ``all``, a category, or comma-separated names and categories.
 
         Raises:
             UnknownNameError: naming the nearest objects and categories.
@@ -198,7 +207,7 @@ class Catalog:
         return chosen
 
     def chosen(self, names: Iterable[str]) -> list[str]:
-        """The named objects in the manifest's order, or all where none is named.
+        """Return the named objects in the manifest's order, or all where none is named.
 
         Raises:
             UnknownNameError: for a name that the manifest does not have.
@@ -210,7 +219,7 @@ class Catalog:
         return [n for n in self.names if n in wanted] if wanted else self.names
 
     def faults(self, name: str) -> list[str]:
-        """What is wrong with an object's files against the manifest; empty when all is well."""
+        """Return what is wrong with an object's files against the manifest; empty when all is well."""
         faults = []
         for file, digest in self.entries[name]["files"].items():
             path = self.folder / name / file
@@ -221,7 +230,7 @@ class Catalog:
         return faults
 
     def load(self, name: str) -> ObjectModel:
-        """The object, its files verified against the manifest.
+        """Load an object, its files verified against the manifest.
 
         Raises:
             UnknownNameError: for a name that is not in the manifest.
@@ -243,7 +252,7 @@ class Catalog:
 
 
 def load_details(folder: Path, details: dict[str, Any], digest: str = "") -> ObjectModel:
-    """The object of a ``object.json``'s content, whose files lie in ``folder``."""
+    """Make the object of an ``object.json``'s content, whose other files are in ``folder``."""
     poses = tuple(
         RestingPose(
             np.array(p["quaternion"]),

@@ -16,7 +16,7 @@ class Choice:
     """The grasp to carry out.
 
     Attributes:
-        rank: among the predictor's grasps, from 0.
+        rank: place among the predictor's grasps, from 0.
         plan: its motion, or what refuses the best grasp where none can be planned.
     """
 
@@ -25,7 +25,7 @@ class Choice:
 
 
 def choose_grasp(planner: Planner, scene: SeenScene, grasps: Sequence[Grasp]) -> Choice:
-    """The best of at least one grasp in which the tips get deep enough.
+    """Choose the best of at least one grasp in which the tips get deep enough.
 
     Where none does, it is the one whose tips stay least above their wanted depth: rather a shallow grasp
     than none.

@@ -1,6 +1,6 @@
 """How deep a grasp goes, and how wide the jaws open for it: part of the benchmark's definition.
 
-Nothing here knows the simulator: it is told by what the camera saw, and by the shape of the gripper.
+Nothing here knows the simulator: what the camera saw and the shape of the gripper decide.
 """
 
 from __future__ import annotations
@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grasp_bench.grasps import Grasp, GraspPose
 from grasp_bench.planning.heightfield import LEAST_INSERTION, TABLE_NOISE, finger_room
@@ -17,8 +16,7 @@ from grasp_bench.planning.seen import STRAYS_UNDER_HAND, SeenScene, highest
 from grasp_bench.robot.gripper import Gripper
 from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.scenario.sections import Motion
-
-Floats = NDArray[np.float64]
+from grasp_bench.system.arrays import Floats
 
 SIDE_CLEARANCE = 0.004
 """Room that a finger or the hand on its way down wants beside it [m]."""
@@ -30,7 +28,7 @@ WIDENING_GAIN = 0.004
 def grasp_pose(
     scene: SeenScene, grasp: Grasp, motion: Motion, gripper: Gripper = PARALLEL_85
 ) -> tuple[GraspPose, float]:
-    """World pose of an image-plane grasp, and the height of what it holds [m].
+    """Return the world pose of an image-plane grasp, and the height of what it holds [m].
 
     The height of the object under the grasp is the 95th percentile of the heights seen
     inside the grasp's rectangle, the plane on which its centre and ends are deprojected. The
@@ -73,30 +71,30 @@ def grasp_pose(
 
 
 def wanted_tip(top: float, motion: Motion) -> float:
-    """Height at which the tips hold best what is ``top`` high [m]."""
+    """Return the height at which the tips hold best what is ``top`` high [m]."""
     return max(top - motion.insertion, motion.table_clearance)
 
 
 def openings(predicted: float, most: float) -> list[float]:
-    """Openings to try [m]: the predicted one, then wider ones up to ``most``."""
+    """Return the openings to try [m]: the predicted one, then wider ones up to ``most``."""
     first = min(predicted, most)
     return [first, *np.arange(first + WIDENING_STEP, most, WIDENING_STEP).tolist(), most]
 
 
 def ground_under(beyond: Floats, height: Floats, room: float) -> float:
-    """Height [m] of what is seen under one open finger, −inf where that is table or nothing.
+    """Return the height [m] of what is seen under one open finger, −inf where that is table or nothing.
 
     Args:
         beyond: (N,) distance of the seen points outwards from the finger's pad [m].
         height: (N,) their heights [m].
-        room: that the finger takes outwards [m].
+        room: width that the finger takes outwards [m].
     """
     ground = highest(height[(beyond > -SIDE_CLEARANCE) & (beyond < room)])
     return ground if ground > TABLE_NOISE else -np.inf
 
 
 def _reach(gripper: Gripper) -> float:
-    """How far from a grasp's centre hand and open fingers come down, in whole centimetres [m]."""
+    """Return how far from a grasp's centre hand and open fingers come down, in whole centimetres [m]."""
     hand = math.hypot(*(side / 2 + SIDE_CLEARANCE for side in gripper.palm))
     fingers = math.hypot(gripper.stroke + finger_room(gripper), gripper.finger_width / 2 + SIDE_CLEARANCE)
     return math.ceil(100 * max(hand, fingers)) / 100

@@ -41,7 +41,7 @@ YAWS = np.linspace(0, np.pi, 18, endpoint=False)
 
 
 def finger_room(gripper: Gripper) -> float:
-    """What an open finger takes along the jaw direction, with :data:`SPARE` [m]."""
+    """Return what an open finger takes along the jaw direction, with :data:`SPARE` [m]."""
     return round(gripper.finger_thickness + SPARE, 6)  # 8 mm and 1 mm are 9 mm to the bit
 
 
@@ -67,13 +67,13 @@ class Samples:
         return len(self.along) // 2 + 4
 
     def near(self, position: float) -> int:
-        """Index of the sample nearest to ``position`` along the jaws [m]."""
+        """Return the index of the sample nearest to ``position`` along the jaws [m]."""
         return round((position - float(self.along[0])) / CELL)
 
 
 @lru_cache
 def samples_of(gripper: Gripper) -> Samples:
-    """The samples for ``gripper``."""
+    """Return the samples for ``gripper``."""
     room = finger_room(gripper)
     reach = CELL * math.ceil((gripper.stroke + room) / CELL)
     pad = ACROSS_STEP * math.floor(gripper.pad[1] / 2 / ACROSS_STEP)
@@ -105,9 +105,9 @@ class GraspField:
     """The best grasp centred on each cell; arrays (N, N).
 
     Attributes:
-        quality: 0 to 1.
+        quality: how good the grasp is, 0 to 1.
         yaw: jaw direction from world x towards y, [0, π).
-        opening: of the jaws before closing [m].
+        opening: distance between the pads before closing [m].
         tip: height of the finger tips [m].
         top: height of what is grasped [m].
     """
@@ -122,11 +122,11 @@ class GraspField:
 def analyse(
     field: HeightField, yaws: NDArray[np.float64] = YAWS, chunk: int = 2000, gripper: Gripper = PARALLEL_85
 ) -> GraspField:
-    """Best grasp of ``gripper`` on every cell of ``field`` over all ``yaws``."""
+    """Find the best grasp of ``gripper`` on every cell of ``field`` over all ``yaws``."""
     samples = samples_of(gripper)
     h = field.heights
     solid = h > TABLE_NOISE
-    # Also between walls (across a cup's mouth), where the centre lies on no material.
+    # Also between walls (across a cup's mouth), where the centre is on no material.
     candidates = binary_closing(np.pad(solid, 20), iterations=14)[20:-20, 20:-20] | solid
     rows, columns = np.nonzero(candidates & binary_dilation(solid, iterations=14))
     best = {name: np.zeros(h.shape, np.float32) for name in ("quality", "yaw", "opening", "tip", "top")}
@@ -145,7 +145,8 @@ def analyse(
 def grasps_at(
     field: HeightField, rows: Cells, columns: Cells, yaw: float, gripper: Gripper = PARALLEL_85
 ) -> dict[str, Floats]:
-    """The fields of :class:`GraspField` (N,) for given cells with jaws along ``yaw``, feasible or not."""
+    """Return the fields of :class:`GraspField` (N,) for given cells with jaws along ``yaw``, feasible or
+    not."""
     samples = samples_of(gripper)
     return _score(np.pad(field.heights, samples.margin), rows, columns, yaw, field, samples)
 
@@ -153,7 +154,8 @@ def grasps_at(
 def _score(
     h: Floats, rows: Cells, columns: Cells, yaw: float, field: HeightField, samples: Samples
 ) -> dict[str, Floats]:
-    """Quality, opening, tip and top of grasps at cells of ``field``, of which ``h`` are the padded heights.
+    """Return quality, opening, tip and top of grasps at cells of ``field``, of which ``h`` are the padded
+    heights.
 
     Grasps (N) are the last axis of all arrays: what is reduced are short axes, over long contiguous rows.
     """
@@ -229,15 +231,13 @@ def ground_of_fingers(
     half: float,
     gripper: Gripper = PARALLEL_85,
 ) -> float:
-    """Greatest height [m] under two open fingers.
+    """Return the greatest height [m] under two open fingers.
 
     Args:
-        field: what stands on the table.
         centre: x, y between the fingers [m].
         axis: x, y of the unit jaw direction.
-        opening: between the pads [m].
+        opening: distance between the pads [m].
         half: half width of the corridor of each finger, across the jaw direction [m].
-        gripper: whose fingers they are.
     """
     a, b = np.meshgrid(
         opening / 2 + np.arange(-CELL / 2, finger_room(gripper), CELL / 4),
@@ -252,17 +252,17 @@ def ground_of_fingers(
 
 
 def balance(offset: NDArray[np.floating]) -> NDArray[np.floating]:
-    """The factor of quality for a grasp's distance (…, 2) [m] from the centre of mass."""
+    """Return the factor of quality for a grasp's distance (…, 2) [m] from the centre of mass."""
     return 0.25 + 0.75 * np.exp(-(offset**2).sum(-1) / 0.07**2)
 
 
 def _edge(mask: NDArray[np.bool_], side: int, samples: Samples) -> tuple[Floats, Floats, Floats]:
-    """Outermost material of each grasp, seen by one finger.
+    """Find the outermost material of each grasp, seen by one finger.
 
     Args:
         mask: (B, A, N) material between the jaws.
         side: +1 for the finger coming from negative positions, −1 for the other.
-        samples: where it was looked for.
+        samples: where ``mask`` was sampled.
 
     Returns:
         Position of the contact along the jaws (N,), its mean place across (N,), and the share
@@ -277,7 +277,7 @@ def _edge(mask: NDArray[np.bool_], side: int, samples: Samples) -> tuple[Floats,
 
 
 def _first(mask: NDArray[np.bool_], axis: int) -> NDArray[np.uint8]:
-    """Index along a short ``axis`` of the first that is true, its length where none is.
+    """Return the index along a short ``axis`` of the first that is true, its length where none is.
 
     Made of byte operations that processors vectorise, which :func:`numpy.argmax` is not.
     """
@@ -288,7 +288,7 @@ def _first(mask: NDArray[np.bool_], axis: int) -> NDArray[np.uint8]:
 
 
 def maxima(field: GraspField, count: int, threshold: float = 0.1, distance: int = 4) -> list[tuple[int, int]]:
-    """Cells (row, column) of the best local maxima of quality, best first."""
+    """Return the cells (row, column) of the best local maxima of quality, best first."""
     q = field.quality
     rows, columns = np.nonzero((q == maximum_filter(q, size=2 * distance + 1)) & (q >= threshold))
     order = np.argsort(-q[rows, columns], kind="stable")[:count]

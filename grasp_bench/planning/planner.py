@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grasp_bench.grasps import Grasp, GraspPose
 from grasp_bench.planning.depth import WIDENING_GAIN, grasp_pose, wanted_tip
@@ -20,8 +19,7 @@ from grasp_bench.robot.kinematics import InverseKinematics
 from grasp_bench.robot.robot import EC66_PARALLEL_85, Robot
 from grasp_bench.robot.trajectory import Trajectory, through
 from grasp_bench.scenario.sections import Scenario
-
-Floats = NDArray[np.float64]
+from grasp_bench.system.arrays import Floats
 
 WAYPOINT = 0.025
 """Spacing of waypoints on straight lines [m]."""
@@ -32,13 +30,13 @@ class Plan:
     """A grasp turned into motions.
 
     Attributes:
-        grasp: the image-plane grasp planned for.
+        grasp: the image-plane grasp that is planned.
         pose: TCP pose at the grasp.
         top: height of what is grasped, above the table [m].
         shortfall: how far above their wanted depth the tips are kept by what is seen under them [m].
-        reach: from home to above the grasp.
-        approach, lift: straight down and up.
-        carry: to the place of the hold.
+        reach: motion from home to above the grasp.
+        approach, lift: motions straight down and up.
+        carry: motion to the place of the hold.
         shake: bursts along the axes of the TCP, between lift and carry; empty where there are none.
     """
 
@@ -59,7 +57,7 @@ class Plan:
 
 
 def straight(start: Floats, end: Floats) -> list[Floats]:
-    """Points on a line every :data:`WAYPOINT`, without the start."""
+    """Return points on a line every :data:`WAYPOINT`, without the start."""
     count = max(1, int(np.ceil(np.linalg.norm(end - start) / WAYPOINT)))
     return [start + (end - start) * i / count for i in range(1, count + 1)]
 
@@ -72,7 +70,7 @@ class Planner:
         self.ik = InverseKinematics(robot)
 
     def plan(self, scene: SeenScene, grasp: Grasp) -> Plan:
-        """Motion for one grasp.
+        """Plan the motion for one grasp.
 
         Raises:
             Blocked: when the fingers cannot get down to it.
@@ -127,8 +125,8 @@ class Planner:
         )
 
     def shake(self, pose: GraspPose, q: Floats, period: float) -> tuple[Trajectory, ...] | None:
-        """Bursts along the axes of the TCP at ``pose``, reached with joints ``q``; empty where the scenario
-        has none, None where the arm cannot do them."""
+        """Plan bursts along the axes of the TCP at ``pose``, reached with joints ``q``; empty where the
+        scenario has none, None where the arm cannot do them."""
         shake = self.scenario.motion.shake
         if shake.acceleration == 0:
             return ()

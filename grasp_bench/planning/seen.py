@@ -13,11 +13,10 @@ from grasp_bench.grasps import Grasp
 from grasp_bench.planning.heightfield import TABLE_NOISE
 from grasp_bench.planning.refusals import Blocked
 from grasp_bench.scenario.sections import Table
-
-Floats = NDArray[np.float64]
+from grasp_bench.system.arrays import Floats
 
 STRAYS = 3
-"""So many points are a thing and not noise; of a thin rod under a finger's corner no more may be seen."""
+"""From this many points on, what is seen is no noise; a thin rod under a finger's corner may show no more."""
 STRAYS_UNDER_HAND = 20
 """The same for the hand, under which some 3,000 pixels see."""
 
@@ -26,9 +25,8 @@ class SeenScene:
     """What a depth image shows of the heights on the table.
 
     Args:
-        image: RGB-D image.
         camera: pose of the camera that took it.
-        directions: (H, W, 3) world directions of the pixels' rays, where they are at hand.
+        directions: (H, W, 3) world directions of the pixels' rays; computed where they are not given.
     """
 
     def __init__(self, image: RgbdImage, camera: CameraPose, directions: Floats | None = None) -> None:
@@ -38,7 +36,7 @@ class SeenScene:
         self.heights[~image.valid] = np.nan
 
     def highest(self, table: Table) -> float:
-        """Height of the highest thing seen on the table, robust against single pixels [m].
+        """Return the greatest height seen on the table, robust against single pixels [m].
 
         What is seen beside the table top, such as the arm's own base, is not in the way.
         """
@@ -48,20 +46,25 @@ class SeenScene:
         return max(highest(seen, STRAYS_UNDER_HAND), 0.0)
 
     def on_plane(self, pixel: Floats, height: float) -> Floats:
-        """World point where the ray through ``pixel`` (2,) meets the plane z = ``height``."""
+        """Return the world point where the ray through ``pixel`` (2,) meets the plane z = ``height``.
+
+        Raises:
+            Blocked: where the ray does not go down.
+        """
         ray = self.camera.rotation @ self.image.intrinsics.deproject(pixel, np.ones(()))
         if ray[2] > -1e-6:
             raise Blocked(f"the ray through pixel ({pixel[0]:.0f}, {pixel[1]:.0f}) does not meet the table")
         return self.camera.position + ray * (height - self.camera.position[2]) / ray[2]
 
     def _depth_of_table(self, grasp: Grasp) -> float:
-        """Depth at which the ray through a grasp's centre meets the table [m]; seen from above, the
-        camera's height."""
+        """Return the depth at which the ray through a grasp's centre meets the table [m]; seen from above,
+        the camera's height."""
         ray = self.camera.rotation[2] @ self.image.intrinsics.deproject([grasp.x, grasp.y], np.ones(()))
         return float(self.camera.position[2] / max(-ray, 0.1))
 
     def heights_in(self, grasp: Grasp, jaw: float) -> Floats:
-        """Heights [m] of the points seen inside the grasp's rectangle, jaws ``jaw`` metres wide."""
+        """Return the heights [m] of the points seen inside the grasp's rectangle, jaws ``jaw`` metres
+        wide."""
         across = jaw * self.image.intrinsics.fx / max(self._depth_of_table(grasp) - 0.03, 0.1)
         inside_image = min(grasp.width, 2.0 * sum(self.heights.shape))  # of absurd widths, no more is in view
         corners = np.round(replace(grasp, width=inside_image).rectangle(height=across) - 0.5).astype(np.int32)
@@ -74,8 +77,8 @@ class SeenScene:
         return inside[np.isfinite(inside)]
 
     def local(self, centre: Floats, axis: Floats, reach: float) -> tuple[Floats, Floats]:
-        """Points within ``reach`` [m] of ``centre`` as (N, 2) offsets along and across ``axis``, and
-        their heights (N,)."""
+        """Return the points within ``reach`` [m] of ``centre`` as (N, 2) offsets along and across ``axis``,
+        and their heights (N,)."""
         low = max(float(centre[2]) - 0.15, 0.0)
         corners = centre[:2] + reach * np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]])
         cloud = np.array([[*c, z] for c in corners for z in (low, float(centre[2]) + 0.05)])
@@ -91,12 +94,12 @@ class SeenScene:
         return np.column_stack([offset[near] @ axis[:2], offset[near] @ across]), heights[near]
 
     def _window(self, low: NDArray[np.intp], high: NDArray[np.intp]) -> tuple[slice, slice]:
-        """Rows and columns between two pixels, clipped to the image."""
+        """Return the rows and columns between two pixels, clipped to the image."""
         h, w = self.heights.shape
         (left, top), (right, bottom) = np.clip([low, high], 0, [w, h])
         return slice(int(top), int(bottom)), slice(int(left), int(right))
 
 
 def highest(heights: Floats, strays: int = STRAYS) -> float:
-    """Height of the highest thing among seen points (N,) [m], −inf where there are fewer than ``strays``."""
+    """Return the greatest height among seen points (N,) [m], −inf where there are fewer than ``strays``."""
     return float(np.partition(heights, -strays)[-strays]) if len(heights) >= strays else -np.inf

@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grasp_bench.robot.trajectory import Trajectory
 from grasp_bench.scenario.sections import Shake
-
-Floats = NDArray[np.float64]
+from grasp_bench.system.arrays import Floats
 
 AXES = ("along the jaws", "across the jaws", "along the approach")
 """The TCP's x, y and z, in the order in which they are shaken."""
@@ -20,12 +18,12 @@ SWELL = 2
 
 
 def amplitude(shake: Shake) -> float:
-    """Greatest distance from the middle [m]: a / (2 π f)²."""
+    """Return the greatest distance from the middle [m]: a / (2 π f)²."""
     return shake.acceleration / (2 * math.pi * shake.frequency) ** 2
 
 
 def burst(shake: Shake, period: float) -> tuple[Floats, Floats]:
-    """Offsets (T,) [m] and speeds (T,) [m/s] of one burst, sampled every ``period`` seconds.
+    """Return offsets (T,) [m] and speeds (T,) [m/s] of one burst, sampled every ``period`` seconds.
 
     A sine of ``shake.cycles`` full cycles, and :data:`SWELL` before and after them over which it swells and
     fades along a minimum-jerk law, so that it begins and ends at rest.
@@ -45,12 +43,12 @@ def burst(shake: Shake, period: float) -> tuple[Floats, Floats]:
 
 
 def shaken(ends: tuple[Floats, Floats], middle: Floats, shake: Shake, period: float) -> Trajectory:
-    """Joint motion of one burst.
+    """Return the joint motion of one burst.
 
     Args:
         ends: joint angles (6,) with the TCP at minus and at plus the amplitude [rad].
-        middle: where it begins and ends (6,) [rad].
-        shake: how.
+        middle: joint angles (6,) where the burst begins and ends [rad].
+        shake: amplitude, frequency and number of cycles.
         period: sampling period [s].
     """
     offset, speed = burst(shake, period)

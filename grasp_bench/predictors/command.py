@@ -41,8 +41,8 @@ class CommandPredictor:
     Args:
         command: split as a shell would, but run without one; ``{port}`` is replaced by a free port
             of 127.0.0.1, at which the server must listen.
-        start_seconds: time until it answers.
-        seconds: time for one image.
+        start_seconds: greatest time until the server answers.
+        seconds: greatest time for one image.
 
     Raises:
         PredictorError: for a command that cannot be started or that does not answer in time, with
@@ -67,7 +67,7 @@ class CommandPredictor:
         self._remote.begin(rng)
 
     def predict(self, image: RgbdImage) -> list[Grasp]:
-        """The server's grasps.
+        """Ask the server for grasps.
 
         Raises:
             PredictorError: where there is no usable answer, saying why.
@@ -85,7 +85,7 @@ class CommandPredictor:
             raise
 
     def info(self) -> dict[str, Any]:
-        """What the server says of itself."""
+        """Return what the server says of itself."""
         return self._remote.info()
 
     def close(self) -> None:
@@ -152,7 +152,7 @@ class CommandPredictor:
             return None
 
     def _said(self) -> str:
-        """The last of what the server printed, for a message."""
+        """Return the last of what the server printed, for a message."""
         size = os.fstat(self._log.fileno()).st_size
         tail = os.pread(self._log.fileno(), 2000, max(0, size - 2000)).decode(errors="replace")
         lines = [line for line in tail.splitlines() if line.strip()][-3:]
@@ -160,7 +160,7 @@ class CommandPredictor:
 
 
 def split(command: str) -> list[str]:
-    """The words of a command.
+    """Split a command into words.
 
     Raises:
         PredictorError: for one without a program that exists or without a place for the port.
@@ -180,7 +180,7 @@ def split(command: str) -> list[str]:
 
 
 def _reserve_port() -> tuple[int, FileLock]:
-    """A free port, and a lock that keeps other workers from taking it before the server does."""
+    """Find a free port, and lock it so that no other worker takes it before the server does."""
     folder = Path(tempfile.gettempdir()) / f"grasp-bench-ports-{os.getuid()}"
     folder.mkdir(mode=0o700, exist_ok=True)
     for _ in range(100):

@@ -7,6 +7,7 @@ about the predictors between them.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -18,11 +19,10 @@ from grasp_bench.grasps import Grasp, wrap_angle
 from grasp_bench.predictors.level import seen_level
 from grasp_bench.predictors.protocol import GroundTruth, PrivilegedPredictor
 from grasp_bench.robot.parallel_85 import PARALLEL_85
-
-Floats = NDArray[np.float64]
+from grasp_bench.system.arrays import Floats
 
 FOREGROUND = 0.006
-"""Things less high above the table are not seen as things by the depth-only controls [m]."""
+"""What stands out of the table by less than this is not seen by the depth-only controls [m]."""
 JAW_OPENING = PARALLEL_85.opening
 """What the depth-only controls know of the gripper [m]."""
 
@@ -35,8 +35,8 @@ class Oracle(PrivilegedPredictor):
     """
 
     def predict_from_truth(self, image: RgbdImage, truth: GroundTruth) -> list[Grasp]:
-        """The reference grasps of the resting pose the object lies in, best first."""
-        ups = [_rotation(p.quaternion)[2] @ truth.rotation[2] for p in truth.model.graspable_poses]
+        """Return the reference grasps of the resting pose the object is in, best first."""
+        ups = [p.rotation[2] @ truth.rotation[2] for p in truth.model.graspable_poses]
         pose = truth.model.graspable_poses[int(np.argmax(ups))]
         return [
             project_grasp(
@@ -61,11 +61,9 @@ class Displaced(Oracle):
         self._angle = rng.uniform(-math.pi, math.pi)
 
     def predict_from_truth(self, image: RgbdImage, truth: GroundTruth) -> list[Grasp]:
-        """One grasp, 0.2 m beside where it should be."""
+        """Return one grasp, 0.2 m beside where it should be."""
         shift = self.DISTANCE * np.array([math.cos(self._angle), math.sin(self._angle), 0.0])
-        moved = GroundTruth(
-            truth.model, truth.position + shift, truth.rotation, truth.camera, truth.intrinsics
-        )
+        moved = replace(truth, position=truth.position + shift)
         inside = [
             g
             for g in super().predict_from_truth(image, moved)
@@ -74,26 +72,18 @@ class Displaced(Oracle):
         return inside[:1]
 
 
-def _rotation(quaternion: Floats) -> Floats:
-    import mujoco
-
-    matrix = np.zeros(9)
-    mujoco.mju_quat2Mat(matrix, quaternion)
-    return matrix.reshape(3, 3)
-
-
 def project_grasp(
     truth: GroundTruth, tip: Floats, axis: Floats, top: float, width: float, quality: float
 ) -> Grasp:
-    """Image-plane grasp of a world grasp, on the plane where the planner deprojects it.
+    """Return the image-plane grasp of a world grasp, on the plane where the planner deprojects it.
 
     Args:
-        truth: camera and intrinsics.
+        truth: has the camera's pose and intrinsics.
         tip: (3,) TCP position [m].
         axis: (3,) jaw opening direction.
         top: height of what is grasped above the table [m].
-        width: jaw opening [m].
-        quality: 0 to 1.
+        width: distance between the pads before closing [m].
+        quality: taken over by the grasp, 0 to 1.
     """
     centre = np.array([tip[0], tip[1], top])
     half = 0.5 * width * np.array([axis[0], axis[1], 0.0]) / max(float(np.hypot(axis[0], axis[1])), 1e-9)
@@ -107,7 +97,7 @@ def project_grasp(
 
 
 def foreground(image: RgbdImage) -> tuple[NDArray[np.bool_], float]:
-    """(H, W) mask of the largest thing nearest the image's middle, and the table's depth [m].
+    """Return the (H, W) mask of the largest blob near the image's middle, and the table's depth [m].
 
     The table is taken to be the median depth of the middle of the image, which holds for a
     mostly empty table seen face on.
@@ -131,7 +121,7 @@ class Centroid:
 
     @seen_level
     def predict(self, image: RgbdImage) -> list[Grasp]:
-        """One grasp, or none where nothing stands out of the table."""
+        """Return one grasp, or none where nothing stands out of the table."""
         mask, _ = foreground(image)
         rows, columns = np.nonzero(mask)
         if len(rows) < 12:
@@ -163,7 +153,7 @@ class Random:
 
     @seen_level
     def predict(self, image: RgbdImage) -> list[Grasp]:
-        """One grasp, or none where nothing stands out of the table."""
+        """Return one grasp, or none where nothing stands out of the table."""
         mask, _ = foreground(image)
         rows, columns = np.nonzero(mask)
         if len(rows) == 0:
@@ -192,7 +182,7 @@ class Antipodal:
 
     @seen_level
     def predict(self, image: RgbdImage) -> list[Grasp]:
-        """Up to ten grasps; none where no pair of edges fits the jaws."""
+        """Return up to ten grasps; none where no pair of edges fits the jaws."""
         mask, table = foreground(image)
         rows, columns = np.nonzero(mask)
         if len(rows) < 12:

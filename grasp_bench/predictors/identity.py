@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from grasp_bench.errors import PredictorError
 from grasp_bench.predictors.names import parse
+from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.predictors.shipped import Shipped
 from grasp_bench.predictors.use import in_use
 
-if TYPE_CHECKING:
-    from grasp_bench.predictors.protocol import Predictor
-
 
 def identify(name: str, predictor: Predictor | None = None) -> dict[str, Any] | None:
-    """Facts that change when the predictor changes; None for a shipped one, which its version identifies.
+    """Return facts that change when the predictor changes; None for a shipped one, which its version
+    identifies.
 
     Args:
-        name: of the predictor.
-        predictor: itself where it is made already; otherwise it is loaded, and closed again.
+        name: what :func:`~grasp_bench.predictors.names.parse` takes.
+        predictor: the one of this name, where it is made already; otherwise it is loaded, and closed again.
 
     Returns:
         ``files``: SHA-256 of each source file, by name (see :func:`grasp_bench.predictors.sources.sources`),
@@ -35,7 +34,7 @@ def identify(name: str, predictor: Predictor | None = None) -> dict[str, Any] | 
         if named.weights is not None:
             named.weights.require()
         if named.weights is None or not named.weights.intact():
-            with in_use(name):  # only weights that the manifest lists load as surely as if tried
+            with in_use(name):  # weights that the manifest does not list may not load
                 pass
         return None
     with in_use(name if predictor is None else predictor) as used:
@@ -43,7 +42,7 @@ def identify(name: str, predictor: Predictor | None = None) -> dict[str, Any] | 
 
 
 def describe(name: str, predictor: object) -> dict[str, Any]:
-    """The facts of a predictor that is loaded."""
+    """Return the facts of a predictor that is loaded."""
     facts = parse(name).facts(predictor)
     info = getattr(predictor, "info", None)
     return facts | {"info": _plain(name, info)} if callable(info) else facts

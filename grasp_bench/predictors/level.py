@@ -15,12 +15,10 @@ from typing import Any, TypeVar, cast
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from grasp_bench.camera import Intrinsics, RgbdImage
 from grasp_bench.grasps import Grasp, wrap_angle
-
-Floats = NDArray[np.float64]
+from grasp_bench.system.arrays import Floats
 
 FACE_ON_DEG = 5.0
 """Planes turned by less than this are taken as seen face on, and their pictures as they are."""
@@ -28,7 +26,7 @@ STRIDE = 6
 """Pixels between two of those that the plane is sought among."""
 TRIES = 100
 THICKNESS = 0.006
-"""How far from a plane its pixels may lie [m]."""
+"""Greatest distance of a plane's pixels from it [m]."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +43,7 @@ class Plane:
 
 
 def dominant_plane(image: RgbdImage) -> Plane | None:
-    """The plane that most measured pixels lie on; None where there are too few.
+    """Find the plane that most measured pixels are on; None where there are too few.
 
     Random sample consensus over planes through three pixels (with numbers that are always the same), then
     least squares over the inliers. On a plane inverse depth is linear in the ray: 1/z = n · ray / d.
@@ -77,7 +75,7 @@ class LevelView:
     """A picture as seen face on, and the way back to the one it was made of.
 
     Attributes:
-        image: of the same size; black and without depth where the camera did not look.
+        image: the level picture, of the same size; black and without depth where the camera did not look.
         homography: (3, 3) pixels of the original → pixels of ``image``.
     """
 
@@ -85,7 +83,7 @@ class LevelView:
     homography: Floats
 
     def back(self, grasp: Grasp) -> Grasp:
-        """A grasp of the level picture in pixels of the original."""
+        """Turn a grasp of the level picture into pixels of the original."""
         pixels = np.vstack([[grasp.x, grasp.y], grasp.ends()])
         moved = np.column_stack([pixels, np.ones(3)]) @ np.linalg.inv(self.homography).T
         centre, first, second = moved[:, :2] / moved[:, 2:]
@@ -99,14 +97,14 @@ class LevelView:
         )
 
     def inside(self, grasps: list[Grasp]) -> list[Grasp]:
-        """Grasps in pixels of the original, without those that it does not show."""
+        """Turn grasps into pixels of the original, and leave out those that it does not show."""
         size = self.image.intrinsics
         moved = map(self.back, grasps)
         return [g for g in moved if 0 <= g.x <= size.width and 0 <= g.y <= size.height]
 
 
 def level_view(image: RgbdImage) -> LevelView | None:
-    """The picture with its dominant plane face on; None where it is so already, or there is none.
+    """Return the picture with its dominant plane face on; None where it is so already, or there is none.
 
     What is in the middle stays in the middle, and as large: the focal length makes up for a centre that is
     nearer to the plane than the ray through the middle is long.
@@ -149,7 +147,7 @@ _Predict = TypeVar("_Predict", bound=Callable[..., list[Grasp]])
 
 
 def seen_level(predict: _Predict) -> _Predict:
-    """Decorator of a predictor's ``predict``: it is given the picture as seen face on."""
+    """Decorate a predictor's ``predict`` so that it is given the picture as seen face on."""
 
     @wraps(predict)
     def wrapped(self: Any, image: RgbdImage) -> list[Grasp]:

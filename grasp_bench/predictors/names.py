@@ -6,15 +6,15 @@ import shlex
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from grasp_bench.errors import PredictorError, UnknownNameError
+from grasp_bench.predictors.command import CommandPredictor
+from grasp_bench.predictors.protocol import Predictor
+from grasp_bench.predictors.remote import RemotePredictor
 from grasp_bench.predictors.shipped import SHIPPED, Shipped
 from grasp_bench.predictors.sources import distribution, make, sources
 from grasp_bench.system.integrity import sha256
-
-if TYPE_CHECKING:
-    from grasp_bench.predictors.protocol import Predictor
 
 GROUP = "grasp_bench.predictors"
 """Group of entry points in which packages offer predictors."""
@@ -39,7 +39,7 @@ class PythonPath:
 
     @property
     def package(self) -> str | None:
-        """Name and version of the package that it was installed with; None for a file of one's own."""
+        """Name and version of the package that it was installed with; None for a file outside any package."""
         return distribution(self.path.partition(":")[0])
 
     def load(self) -> Predictor:
@@ -51,7 +51,7 @@ class PythonPath:
         return make(self.path, self.name)
 
     def facts(self, predictor: object) -> dict[str, Any]:
-        """What identifies it: its source files, and the package they came with, if any."""
+        """Return what identifies it: its source files, and the package they came with, if any."""
         module = self.path.partition(":")[0]
         found: dict[str, Any] = {"files": sources(module) | sources(type(predictor).__module__)}
         return found | ({"distribution": self.package} if self.package else {})
@@ -84,13 +84,11 @@ class Server:
     weights: ClassVar[None] = None
 
     def load(self) -> Predictor:
-        """The server's client; PredictorError for an address that is none."""
-        from grasp_bench.predictors.remote import RemotePredictor
-
+        """Make the server's client; PredictorError for an address that is not valid."""
         return RemotePredictor(self.name)
 
     def facts(self, predictor: object) -> dict[str, Any]:
-        """Nothing: only the server can say what identifies it."""
+        """Return nothing: only the server can say what identifies it."""
         return {}
 
 
@@ -109,12 +107,10 @@ class Command:
 
     def load(self) -> Predictor:
         """Start the server; PredictorError where that fails."""
-        from grasp_bench.predictors.command import CommandPredictor
-
         return CommandPredictor(self.command)
 
     def facts(self, predictor: object) -> dict[str, Any]:
-        """What identifies it: the files that the command names."""
+        """Return what identifies it: the files that the command names."""
         program, *words = shlex.split(self.command)
         if not Path(program).is_absolute():  # an interpreter may differ between the machines of one run
             words.insert(0, program)
@@ -125,7 +121,7 @@ Named = Shipped | Installed | PythonPath | Server | Command
 
 
 def installed() -> dict[str, list[Installed]]:
-    """Predictors that installed packages offer, by name; nothing is imported."""
+    """Return the predictors that installed packages offer, by name; nothing is imported."""
     found: dict[str, list[Installed]] = {}
     for point in entry_points(group=GROUP):
         found.setdefault(point.name, []).append(Installed(point.name, point))
@@ -133,7 +129,7 @@ def installed() -> dict[str, list[Installed]]:
 
 
 def parse(name: str) -> Named:
-    """What a predictor's name means. A shipped name means that one, whatever packages are installed.
+    """Return what a predictor's name means. A shipped name means that one, whatever packages are installed.
 
     Raises:
         UnknownNameError: for a name that nobody offers.
@@ -160,7 +156,7 @@ def parse(name: str) -> Named:
 
 
 def load_predictor(name: str) -> Predictor:
-    """A shipped predictor by name, or anyone's by one of the other ways in.
+    """Load a shipped predictor by name, or anyone's by one of the other ways in.
 
     ``module:Class`` is looked for on Python's path and in the current folder. A class or a function is
     called without arguments; what results must have ``predict(image) -> list[Grasp]``. Close a predictor

@@ -10,12 +10,14 @@ import numpy as np
 
 from grasp_bench.camera import RgbdImage
 from grasp_bench.grasps import Grasp, GraspMaps
+from grasp_bench.networks.encoding import maps_from_output, to_input
+from grasp_bench.networks.registry import info, input_kind
+from grasp_bench.networks.spec import Kind
+from grasp_bench.networks.store import stored_input
 from grasp_bench.predictors.level import level_view
 
 if TYPE_CHECKING:
     import torch
-
-    from grasp_bench.networks.spec import Kind
 
 
 class NetworkPredictor:
@@ -26,16 +28,16 @@ class NetworkPredictor:
     from the border); grasps are not centred in the padding.
 
     Args:
-        name: network, such as 'htc-grasp'.
+        name: a registered network.
         weights: safetensors file; by default the shipped one.
-        peaks: how many grasps at most.
-        level: look at the picture of a tilted camera as at one from straight above.
+        peaks: greatest number of grasps returned.
+        level: show the network a tilted camera's picture as one from straight above.
 
     Attributes:
         crop_origin: (x, y) of the crop's corner in the last image [px], negative if padded.
-        last_maps: of the last image asked about, at ``crop_origin``, not smoothed; None of a tilted camera's.
-        metadata: what is stored with the weights.
-        kind, crop: the network's input and its side [px].
+        last_maps: maps of the last image at ``crop_origin``, not smoothed; None after a tilted camera's.
+        metadata: facts stored with the weights.
+        kind, crop: kind and side [px] of the network's input.
     """
 
     def __init__(
@@ -43,8 +45,6 @@ class NetworkPredictor:
     ) -> None:
         import torch
 
-        from grasp_bench.networks.registry import info, input_kind
-        from grasp_bench.networks.store import stored_input
         from grasp_bench.networks.weights import load
 
         self.name, self.peaks, self.level = name, peaks, level
@@ -57,7 +57,7 @@ class NetworkPredictor:
         self._network = network.to(self._device).to(memory_format=torch.channels_last)  # pyright: ignore[reportCallIssue]
 
     def predict(self, image: RgbdImage) -> list[Grasp]:
-        """Grasps in pixels of the whole image, best first; empty if the network sees none.
+        """Return grasps in pixels of the whole image, best first; empty if the network sees none.
 
         Networks are trained on tables seen from straight above; see :mod:`grasp_bench.predictors.level` for
         what becomes of others.
@@ -80,9 +80,7 @@ class NetworkPredictor:
         return [replace(g, x=g.x + ox, y=g.y + oy) for g in peaks]
 
     def maps(self, image: RgbdImage) -> GraspMaps:
-        """The network's maps of the crop at ``crop_origin``, not smoothed."""
-        from grasp_bench.networks.encoding import maps_from_output, to_input
-
+        """Return the network's maps of the crop at ``crop_origin``, not smoothed."""
         rgb, depth, self.crop_origin = centre_crop(image, self.crop)
         return maps_from_output(self._forward(to_input(rgb, depth, self.kind)))
 
@@ -103,7 +101,7 @@ class NetworkPredictor:
 
 
 def centre_crop(image: RgbdImage, size: int) -> tuple[np.ndarray, np.ndarray, tuple[int, int]]:
-    """(size, size, 3) rgb and (size, size) depth of the image's middle, and the crop's corner."""
+    """Return (size, size, 3) rgb and (size, size) depth of the image's middle, and the crop's corner."""
     height, width = image.depth.shape
     ox, oy = (width - size) // 2, (height - size) // 2
     rgb = image.rgb[max(oy, 0) : max(oy, 0) + size, max(ox, 0) : max(ox, 0) + size]

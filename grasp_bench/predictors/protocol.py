@@ -9,17 +9,15 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grasp_bench.camera import CameraPose, Intrinsics, RgbdImage
 from grasp_bench.errors import PredictorError
 from grasp_bench.grasps import Grasp, wrap_angle
 from grasp_bench.objects.catalog import ObjectModel
-
-Floats = NDArray[np.float64]
+from grasp_bench.system.arrays import Floats
 
 MOST_GRASPS = 1000
-"""More than that in an answer are refused: each costs the planner time."""
+"""Answers with more grasps than this are refused: each costs the planner time."""
 
 
 @runtime_checkable
@@ -33,14 +31,14 @@ class Predictor(Protocol):
     - ``info() -> dict``, JSON-able facts that identify it beyond its source, such as the hash of its
       weights: they are written to ``run.json``, and a run resumes only while they stay the same;
     - ``last_maps: GraspMaps | None`` and ``crop_origin: tuple[int, int]``, its dense answer to the last image
-      and where its corner lies in that image [px]: pictures of trials show its quality;
+      and where its corner is in that image [px]: pictures of trials show its quality;
     - ``close()``, called when it is not needed any more.
 
     The image is the predictor's own copy, and it may write into it.
     """
 
     def predict(self, image: RgbdImage) -> list[Grasp]:
-        """Grasps in pixels and radians of the full ``image``, best first; empty for none."""
+        """Return grasps in pixels and radians of the full ``image``, best first; empty for none."""
         ...
 
 
@@ -49,10 +47,8 @@ class GroundTruth:
     """What only the controls ``oracle`` and ``displaced`` are told.
 
     Attributes:
-        model: the object.
-        position, rotation: its pose in the world.
-        camera: pose of the camera.
-        intrinsics: of the image.
+        position, rotation: the object's pose in the world, (3,) [m] and (3, 3).
+        camera, intrinsics: those of the camera that takes the image.
     """
 
     model: ObjectModel
@@ -67,10 +63,10 @@ class PrivilegedPredictor(ABC):
 
     @abstractmethod
     def predict_from_truth(self, image: RgbdImage, truth: GroundTruth) -> list[Grasp]:
-        """Grasps like :meth:`Predictor.predict`, made from the truth."""
+        """Return grasps like :meth:`Predictor.predict`, made from the truth."""
 
     def predict(self, image: RgbdImage) -> list[Grasp]:
-        """Refused: there is nothing to go by without the truth."""
+        """Refuse: there is nothing to go by without the truth."""
         raise PredictorError(
             f"{type(self).__name__} is a control that needs the simulator's truth; "
             "it cannot predict from an image alone"
@@ -93,9 +89,8 @@ def ask(
     the others ranked round by round: the best of each object first, higher objects before lower ones.
 
     Args:
-        predictor: to ask; it gets a copy of the image.
-        image: what the camera sees.
-        rng: the trial's random stream.
+        predictor: the one asked; it gets a copy of the image.
+        rng: the trial's random stream, for a predictor that has ``begin``.
         truths: what controls are told of each object; empty where there is no simulator.
 
     Raises:
@@ -116,7 +111,7 @@ def ask(
 
 
 def _copied(image: RgbdImage) -> RgbdImage:
-    """The predictor's own image; the planner needs the original."""
+    """Copy the image for the predictor; the planner needs the original."""
     return replace(image, rgb=image.rgb.copy(), depth=image.depth.copy())
 
 
@@ -131,7 +126,7 @@ def _in_turn(control: PrivilegedPredictor, image: RgbdImage, truths: Sequence[Gr
 
 
 def checked(grasps: Any, intrinsics: Intrinsics) -> list[Grasp]:
-    """The grasps with angles wrapped.
+    """Return the grasps with angles wrapped.
 
     Raises:
         PredictorError: naming the first grasp that is unusable, and why.

@@ -41,7 +41,7 @@ class RemotePredictor:
     Args:
         address: where ``/predict`` and ``/info`` are, such as ``http://127.0.0.1:8000``.
         label: what messages call it; the address by default.
-        seconds: time for one image.
+        seconds: greatest time for one image.
 
     Raises:
         PredictorError: for an address that is not valid. Whether a server answers there is seen when
@@ -68,7 +68,7 @@ class RemotePredictor:
         self._seed = wire.seed_of(rng)
 
     def predict(self, image: RgbdImage) -> list[Grasp]:
-        """The server's grasps.
+        """Ask the server for grasps.
 
         Raises:
             UnansweredError: when there is no answer in time.
@@ -85,7 +85,7 @@ class RemotePredictor:
             raise PredictorError(f"{self._label}: {error}") from error
 
     def info(self, seconds: float = INFO_SECONDS) -> dict[str, Any]:
-        """What the server says of itself; ``protocol`` is in it.
+        """Return what the server says of itself; ``protocol`` is in it.
 
         Raises:
             UnansweredError: when there is no answer in time.
@@ -123,7 +123,7 @@ class RemotePredictor:
     async def _exchange(
         self, method: str, path: str, content: bytes, seconds: float, limit: int
     ) -> tuple[int, bytes]:
-        """One request, with the deadline on the whole of it: a server may drip as slowly as it likes."""
+        """Make one request, with the deadline on the whole of it: a server may drip as slowly as it likes."""
         refused: httpx.ConnectError | None = None
         try:
             async with asyncio.timeout(seconds):
@@ -154,7 +154,7 @@ class RemotePredictor:
 
 
 def _reason(body: bytes) -> str | None:
-    """The server's own words for what went wrong: those of the predictor, were it local."""
+    """Return the server's own words for what went wrong: those of the predictor, were it local."""
     try:
         said = wire.decode_object(body).get("error")
     except PredictorError:
@@ -188,7 +188,7 @@ def _checked_address(address: str) -> str:
 
 
 def is_loopback(host: str) -> bool:
-    """Whether only this machine can reach ``host``."""
+    """Return whether only this machine can reach ``host``."""
     if host == "localhost":
         return True
     try:

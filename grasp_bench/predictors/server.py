@@ -28,11 +28,11 @@ BODIES = 4
 
 
 def make_app(predictor: Predictor, info: dict[str, Any], limit: int = wire.REQUEST_BYTES) -> Starlette:
-    """ASGI application with ``POST /predict`` and ``GET /info``.
+    """Make the ASGI application with ``POST /predict`` and ``GET /info``.
 
     Args:
-        predictor: asked for one image at a time.
-        info: facts for ``GET /info``.
+        predictor: the one served, asked about one image at a time.
+        info: facts that ``GET /info`` gives besides the protocol.
         limit: most bytes of a request, packed or unpacked.
     """
     bodies, turn = asyncio.Semaphore(BODIES), asyncio.Lock()
@@ -88,7 +88,7 @@ def _refusal(status: int, reason: str) -> Response:
 
 
 def servable(name: str) -> tuple[Predictor, dict[str, Any]]:
-    """A predictor that can be served, and its facts.
+    """Load a predictor that can be served, and its facts.
 
     Raises:
         PredictorError: for a control that needs the simulator's truth.
@@ -103,7 +103,7 @@ def servable(name: str) -> tuple[Predictor, dict[str, Any]]:
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """A socket that listens; port 0 takes a free one.
+    """Open a socket that listens; port 0 takes a free one.
 
     Raises:
         GraspBenchError: when the port is taken or the host is not this machine's.

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from grasp_bench.errors import AssetError
 from grasp_bench.networks.registry import all_weights
 from grasp_bench.networks.spec import Network, Weights
 from grasp_bench.networks.store import WeightsFile, shipped_file, stored_input
+from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.predictors.sources import resolve
 
-if TYPE_CHECKING:
-    from grasp_bench.predictors.protocol import Predictor
+NETWORK_PREDICTOR = "grasp_bench.predictors.network:NetworkPredictor"
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Shipped:
     """A shipped predictor's name.
 
     Attributes:
-        name: as it is given.
+        name: what users call it.
         kind: ``network`` or ``control``.
         summary: one line for listings.
         path: ``module:Class``, imported when first used.
@@ -57,7 +57,7 @@ class Shipped:
         return maker(self.network.name, self.weights.path)
 
     def facts(self, predictor: object) -> dict[str, Any]:
-        """What identifies it: the version of grasp-bench, and its weights."""
+        """Return what identifies it: the version of grasp-bench, and its weights."""
         software = {"software": f"grasp-bench {version('grasp-bench')}"}
         if self.weights is None:
             return software
@@ -65,7 +65,7 @@ class Shipped:
         return software | {"files": {self.weights.name: self.weights.digest}}
 
     def details(self) -> dict[str, Any]:
-        """What there is to tell of a network and of its training, null where it is not known; else empty."""
+        """Return what is known of a network and of its training, None where it is not known; else empty."""
         if self.network is None or self.trained is None or self.weights is None:
             return {}
         try:
@@ -86,11 +86,6 @@ class Shipped:
         }
 
 
-def _network(network: Network, weights: Weights) -> Shipped:
-    path = "grasp_bench.predictors.network:NetworkPredictor"
-    return Shipped(weights.name, "network", weights.summary, path, network, weights)
-
-
 def _control(name: str, summary: str) -> Shipped:
     return Shipped(name, "control", summary, f"grasp_bench.predictors.controls:{name.capitalize()}")
 
@@ -98,7 +93,10 @@ def _control(name: str, summary: str) -> Shipped:
 SHIPPED: dict[str, Shipped] = {
     shipped.name: shipped
     for shipped in (
-        *(_network(network, weights) for network, weights in all_weights().values()),
+        *(
+            Shipped(weights.name, "network", weights.summary, NETWORK_PREDICTOR, network, weights)
+            for network, weights in all_weights().values()
+        ),
         _control("oracle", "reference grasps of the true mesh and pose: upper bound"),
         _control("antipodal", "opposite depth edges, after Dex-Net's sampling"),
         _control("centroid", "middle and shorter axis of the depth blob"),

@@ -6,20 +6,18 @@ import importlib
 import sys
 from importlib.metadata import packages_distributions, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from grasp_bench.errors import PredictorError, UnknownNameError
+from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.system.integrity import sha256
-
-if TYPE_CHECKING:
-    from grasp_bench.predictors.protocol import Predictor
 
 
 def make(path: str, name: str) -> Predictor:
-    """The predictor at ``module:Class``, on Python's path or in the current folder.
+    """Make the predictor at ``module:Class``, on Python's path or in the current folder.
 
     Args:
-        path: of a class or a function that is called without arguments, or of a predictor.
+        path: leads to a class or a function that is called without arguments, or to a predictor.
         name: what messages call it.
 
     Raises:
@@ -36,7 +34,7 @@ def make(path: str, name: str) -> Predictor:
 
 
 def resolve(path: str) -> Any:
-    """What ``module:Class`` names, on Python's path or in the current folder.
+    """Import what ``module:Class`` names, on Python's path or in the current folder.
 
     Raises:
         PredictorError: for a module that cannot be imported, or that has no such name.
@@ -59,7 +57,8 @@ def resolve(path: str) -> Any:
 
 
 def sources(module_name: str) -> dict[str, str]:
-    """SHA-256 by relative path of a module's file and of the modules of its folder that it has imported.
+    """Return the SHA-256 by relative path of a module's file and of the modules of its folder that it has
+    imported.
 
     A module of an installed package does not count its neighbours: its distribution's version does. Nor do
     neighbours count whose files vanish meanwhile: libraries load modules from temporary folders.
@@ -100,7 +99,7 @@ def sources(module_name: str) -> dict[str, str]:
 
 
 def distribution(module_name: str) -> str | None:
-    """Name and version of the package that an imported module was installed with."""
+    """Return name and version of the package that an imported module was installed with."""
     file = getattr(sys.modules.get(module_name), "__file__", None) or ""
     if "site-packages" not in Path(file).parts:
         return None

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
 
 from grasp_bench.predictors.names import load_predictor
-
-if TYPE_CHECKING:
-    from grasp_bench.predictors.protocol import Predictor
+from grasp_bench.predictors.protocol import Predictor
 
 
 @contextmanager
 def in_use(predictor: str | Predictor) -> Iterator[Predictor]:
-    """A predictor, which is loaded and in the end closed where a name is given; one that is given stays open.
+    """Give a predictor: one that is named is loaded, and closed in the end; one that is given stays open.
 
     Raises:
         UnknownNameError, PredictorError: as :func:`grasp_bench.predictors.names.load_predictor`.

@@ -53,7 +53,7 @@ class RequestError(GraspBenchError):
 
 
 def seed_of(rng: np.random.Generator) -> Seed:
-    """(4,) state of a trial's fresh random stream.
+    """Return the (4,) state of a trial's fresh random stream.
 
     Raises:
         PredictorError: for a generator other than NumPy's default, PCG64.
@@ -66,7 +66,7 @@ def seed_of(rng: np.random.Generator) -> Seed:
 
 
 def generator(seed: Seed) -> np.random.Generator:
-    """The trial's random stream, exactly as a predictor in the harness's own process gets it."""
+    """Return the trial's random stream, exactly as a predictor in the harness's own process gets it."""
     high, low, inc_high, inc_low = (int(word) for word in seed)
     bits = np.random.PCG64(0)
     bits.state = {
@@ -82,17 +82,17 @@ def generator(seed: Seed) -> np.random.Generator:
 
 
 def encode_request(image: RgbdImage, seed: Seed) -> bytes:
-    """Body of ``POST /predict``."""
+    """Return the body of ``POST /predict``."""
     body = io.BytesIO()
     np.savez(body, rgb=image.rgb, depth=image.depth, K=image.intrinsics.matrix, seed=seed)
     return body.getvalue()
 
 
 def decode_request(body: bytes, limit: int = REQUEST_BYTES) -> tuple[RgbdImage, Seed]:
-    """Image and seed of a request.
+    """Read image and seed of a request.
 
     Args:
-        body: an ``.npz`` file.
+        body: content of an ``.npz`` file.
         limit: most bytes its members may hold when unpacked.
 
     Raises:
@@ -115,7 +115,7 @@ def decode_request(body: bytes, limit: int = REQUEST_BYTES) -> tuple[RgbdImage, 
 
 
 def _unpack(body: bytes, limit: int) -> dict[str, NDArray[Any]]:
-    """The arrays of an npz file of known names and types, writeable."""
+    """Read the arrays of an npz file of known names and types, writeable."""
     _check_directory(body)
     try:
         with zipfile.ZipFile(io.BytesIO(body)) as archive:
@@ -167,13 +167,13 @@ def _array(raw: bytes, member: str) -> NDArray[Any]:
 
 
 def encode_answer(grasps: list[Grasp]) -> bytes:
-    """Body of a good answer; numbers survive it to the bit."""
+    """Return the body of a good answer; numbers survive it to the bit."""
     rows = [{name: float(getattr(g, name)) for name in _FIELDS} for g in grasps]
     return json.dumps({"grasps": rows}, allow_nan=False).encode()
 
 
 def decode_answer(body: bytes) -> list[Grasp]:
-    """Grasps of an answer; whether they lie in the image is not looked at.
+    """Read the grasps of an answer; whether they are in the image is not checked.
 
     Raises:
         PredictorError: saying what is wrong with it.
@@ -199,7 +199,7 @@ def _grasp(i: int, row: Any) -> Grasp:
 
 
 def decode_object(body: bytes) -> dict[str, Any]:
-    """A JSON object without NaN.
+    """Read a JSON object without NaN.
 
     Raises:
         PredictorError: for anything else.

@@ -1,4 +1,4 @@
-"""What is to be known of an arm: the only place where the package learns it.
+"""What the package knows of an arm; it is written nowhere else.
 
 An arm is a file of this room with one :class:`Arm` in it; ``tests/robot/test_facts.py`` holds it against its
 model. Its joints, in order from the base, are moved by position actuators of the same names.
@@ -17,7 +17,7 @@ class Arm:
     """An arm of N joints that stands at the world's origin.
 
     Attributes:
-        name: what people call it.
+        name: what the arm is called in reports.
         file: MJCF file below the assets folder.
         scope: its name in composed models; those of its elements begin with ``scope/``.
         joints: (N,) names from base to flange, of joints and of their position actuators.
@@ -45,5 +45,5 @@ class Arm:
 
     @property
     def path(self) -> Path:
-        """The MJCF file; its meshes lie in the folder ``meshes`` beside it."""
+        """The MJCF file; its meshes are in the folder ``meshes`` beside it."""
         return assets_dir() / self.file

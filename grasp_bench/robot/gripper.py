@@ -1,4 +1,4 @@
-"""What is to be known of a gripper: the only place where the package learns it.
+"""What the package knows of a gripper; it is written nowhere else.
 
 A gripper is a file of this room with one :class:`Gripper` in it; ``tests/robot/test_facts.py`` holds it
 against its model.
@@ -21,22 +21,22 @@ class Gripper:
     finger tips. Pairs of names are of the left and the right side.
 
     Attributes:
-        name: what people call it.
+        name: what the gripper is called in reports.
         file: MJCF file below the assets folder.
         scope: its name in composed models; those of its elements begin with ``arm's scope/scope/``.
         stroke: travel of one finger [m].
-        finger_thickness: of a finger and its pad near the tip, along the jaw direction [m].
-        finger_width: across it [m].
-        finger_length: from the tips up to the hand's underside [m].
+        finger_thickness: thickness of a finger and its pad near the tip, along the jaw direction [m].
+        finger_width: width of a finger across the jaw direction [m].
+        finger_length: distance from the tips up to the hand's underside [m].
         pad: thickness along the jaw direction, width across it and height of a pad, whose lower end is the
             finger's [m].
         palm: extent of the hand's underside along and across the jaw direction [m].
-        flange_to_tcp: from the flange to the TCP, along the approach [m].
+        flange_to_tcp: distance from the flange to the TCP, along the approach [m].
         force: least and greatest force of each pad [N].
         force_ratio: force of the actuator for a force of 1 N of each pad.
-        speed: greatest of each finger [m/s].
+        speed: greatest speed of each finger [m/s].
         squeeze: how far inside the closed position a finger may be commanded [m].
-        actuator: of the fingers; its command is the position of each [m].
+        actuator: moves the fingers; its command is the position of each [m].
         finger_joints, fingers, pads: joints, bodies and geoms that touch what is held.
         palm_body: body between flange and fingers.
         tcp: site at the TCP, axes as the gripper's.
@@ -65,7 +65,7 @@ class Gripper:
 
     @property
     def path(self) -> Path:
-        """The MJCF file; its meshes lie in the folder ``meshes`` beside it."""
+        """The MJCF file; its meshes are in the folder ``meshes`` beside it."""
         return assets_dir() / self.file
 
     @property
@@ -74,5 +74,5 @@ class Gripper:
         return 2 * self.stroke
 
     def actuator_range(self, force: float) -> list[float]:
-        """Force range of the actuator, lower and upper [N], for ``force`` newtons of each pad."""
+        """Return the force range of the actuator, lower and upper [N], for ``force`` newtons of each pad."""
         return [-self.force_ratio * force, self.force_ratio * force]

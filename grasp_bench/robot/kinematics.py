@@ -32,7 +32,7 @@ STEP = 0.1
 
 @lru_cache
 def arm_model(arm: Arm) -> mujoco.MjModel:
-    """The arm alone, without visual meshes: all that kinematics needs."""
+    """Compile the arm alone, without visual meshes: all that kinematics needs."""
     spec = mujoco.MjSpec.from_file(str(arm.path))
     for geom in [g for g in spec.geoms if g.type == mujoco.mjtGeom.mjGEOM_MESH]:
         spec.delete(geom)
@@ -42,7 +42,7 @@ def arm_model(arm: Arm) -> mujoco.MjModel:
 
 
 def flange_target(pose: GraspPose, gripper: Gripper) -> mink.SE3:
-    """Where the flange must be for the TCP to be at ``pose``."""
+    """Return where the flange must be for the TCP to be at ``pose``."""
     matrix = np.eye(4)
     matrix[:3, :3] = pose.rotation
     matrix[:3, 3] = pose.position - gripper.flange_to_tcp * pose.rotation[:, 2]
@@ -66,7 +66,7 @@ class InverseKinematics:
         ]
 
     def forward(self, q: Joints) -> GraspPose:
-        """TCP pose at joint angles ``q`` (N,) [rad]; the opening is left 0."""
+        """Return the TCP pose at joint angles ``q`` (N,) [rad]; the opening is left 0."""
         self.configuration.update(np.asarray(q, dtype=float))
         flange = self.configuration.get_transform_frame_to_world(self.robot.arm.flange, "site").as_matrix()
         return GraspPose(
@@ -74,7 +74,7 @@ class InverseKinematics:
         )
 
     def solve(self, pose: GraspPose, start: Joints) -> Joints | None:
-        """Joint angles (N,) [rad] that bring the TCP to ``pose``, descending from ``start``.
+        """Return joint angles (N,) [rad] that bring the TCP to ``pose``, descending from ``start``.
 
         Returns None when the error is not within tolerance after :data:`MAX_ITERATIONS`.
         """
@@ -94,7 +94,7 @@ class InverseKinematics:
         return None
 
     def solve_grasp(self, pose: GraspPose) -> list[tuple[GraspPose, Joints]]:
-        """Solutions for ``pose`` and its half turn, least wrist travel from the ready posture first.
+        """Return solutions for ``pose`` and its half turn, least wrist travel from the ready posture first.
 
         Empty when neither can be reached from any start.
         """
@@ -112,7 +112,8 @@ class InverseKinematics:
         return [(g, q) for _, g, q in sorted(found, key=lambda f: f[0])]
 
     def follow(self, poses: list[GraspPose], start: Joints) -> list[Joints] | None:
-        """Joint angles along a chain of close poses, each solved from the one before."""
+        """Return joint angles along a chain of close poses, each solved from the one before; None where one
+        is not."""
         path: list[Joints] = []
         q = start
         for pose in poses:
@@ -125,7 +126,7 @@ class InverseKinematics:
 
 
 def _wrist_guess(ik: InverseKinematics, start: Joints, pose: GraspPose) -> float:
-    """Angle of the last joint that turns the jaws nearest to the wanted direction."""
+    """Return the angle of the last joint that turns the jaws nearest to the wanted direction."""
     now = ik.forward(start).rotation
     error = math.atan2(float(now[:, 1] @ pose.rotation[:, 0]), float(now[:, 0] @ pose.rotation[:, 0]))
     return math.remainder(float(start[-1]) + error, 2 * math.pi)

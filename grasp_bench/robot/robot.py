@@ -20,12 +20,12 @@ class Robot:
 
     @property
     def arm_prefix(self) -> str:
-        """Of the names of the arm's and the gripper's elements in composed models."""
+        """Prefix of the names of the arm's and the gripper's elements in composed models."""
         return f"{self.arm.scope}/"
 
     @property
     def gripper_prefix(self) -> str:
-        """Of the names of the gripper's elements in composed models."""
+        """Prefix of the names of the gripper's elements in composed models."""
         return f"{self.arm.scope}/{self.gripper.scope}/"
 
     @property

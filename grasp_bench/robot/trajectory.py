@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from grasp_bench.robot.ec66 import EC66
-
-Floats = NDArray[np.float64]
+from grasp_bench.system.arrays import Floats
 
 PEAK = 1.875
 """Greatest slope of the minimum-jerk time law 10 s³ − 15 s⁴ + 6 s⁵."""
@@ -43,7 +41,7 @@ def through(
     speed: float = np.inf,
     limits: Sequence[float] = EC66.velocity_limits,
 ) -> Trajectory:
-    """Smooth motion through joint waypoints, at rest at both ends.
+    """Return a smooth motion through joint waypoints, at rest at both ends.
 
     The path is a cubic spline over the waypoints; a minimum-jerk law runs along it, slow
     enough for every joint to stay below ``speed_fraction`` of its velocity limit and for the

@@ -19,12 +19,12 @@ from grasp_bench.system.paths import scenarios_dir
 
 
 def scenario_names() -> list[str]:
-    """Names of the shipped scenarios."""
+    """Return the names of the shipped scenarios."""
     return sorted(p.stem for p in scenarios_dir().glob("*.yaml"))
 
 
 def load_scenario(name: str) -> Scenario:
-    """Scenario by shipped name or by path of a YAML file.
+    """Load a scenario by shipped name or by path of a YAML file.
 
     A file may say ``extends: NAME`` (or a path beside it) and hold only what differs. A section with a
     ``preset`` starts from the preset, not from the extended file.
@@ -50,7 +50,7 @@ def _find(name: str, folder: Path = Path()) -> Path:
 
 
 def _read(path: Path, below: tuple[Path, ...]) -> dict[str, Any]:
-    """Content of a file, laid over what it extends; ``below`` are the files that led here."""
+    """Read a file, laid over what it extends; ``below`` are the files that led here."""
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (yaml.YAMLError, UnicodeDecodeError) as error:
@@ -75,7 +75,7 @@ def _read(path: Path, below: tuple[Path, ...]) -> dict[str, Any]:
 
 
 def _laid_over(inherited: Any, own: Any) -> Any:
-    """A section's own values over the inherited ones."""
+    """Lay a section's own values over the inherited ones."""
     if isinstance(inherited, dict) and isinstance(own, dict) and "preset" not in own:
         return inherited | own
     return own
@@ -96,7 +96,7 @@ def check_current(scenario: Scenario) -> None:
 
 
 def parse_scenario(content: dict[str, Any], origin: str) -> Scenario:
-    """Validated scenario from plain data; ``origin`` is named in errors."""
+    """Validate a scenario from plain data; ``origin`` is named in errors."""
     try:
         return Scenario.model_validate(content)
     except ValidationError as error:
@@ -104,7 +104,7 @@ def parse_scenario(content: dict[str, Any], origin: str) -> Scenario:
 
 
 def parameters(model: type[Section] = Scenario, prefix: str = "") -> list[str]:
-    """Dotted names of all values of a scenario, such as ``gripper.force``."""
+    """Return the dotted names of all values of a scenario, such as ``gripper.force``."""
     names = []
     for key, field in model.model_fields.items():
         section = _section(field.annotation)
@@ -113,12 +113,11 @@ def parameters(model: type[Section] = Scenario, prefix: str = "") -> list[str]:
 
 
 def with_value(scenario: Scenario, parameter: str, value: Any) -> Scenario:
-    """The scenario with one value replaced, and named after it.
+    """Return the scenario with one value replaced, and named after it.
 
     Args:
-        scenario: to change.
         parameter: dotted name, one of :func:`parameters`; a ``preset`` resets its whole section.
-        value: plain data.
+        value: the new value, as plain data.
 
     Raises:
         UnknownNameError: for a parameter that there is not.
@@ -139,7 +138,7 @@ def with_value(scenario: Scenario, parameter: str, value: Any) -> Scenario:
 
 
 def _section(annotation: Any) -> type[Section] | None:
-    """The section an annotation stands for, optional or not; None for a plain value."""
+    """Return the section an annotation stands for, optional or not; None for a plain value."""
     options = get_args(annotation) if get_origin(annotation) in (Union, types.UnionType) else (annotation,)
     found = [o for o in options if isinstance(o, type) and issubclass(o, Section)]
     return found[0] if found else None

@@ -55,7 +55,7 @@ class Calibration(Section):
 
     @property
     def exact(self) -> bool:
-        """There is no error at all."""
+        """Whether there is no error at all."""
         return self.position_mm == 0 and self.rotation_deg == 0
 
 
@@ -72,7 +72,7 @@ class Objects(Section):
     """Which objects a run takes unless it names others, and what is changed in them.
 
     Attributes:
-        names: object → why it is here; empty for all.
+        names: each object's name with the reason why it is here; empty for all objects.
         mass_scale: factor on every mass and inertia.
     """
 

@@ -25,7 +25,7 @@ class Purpose(IntEnum):
 
 
 def stream(run_seed: int, name: str, trial: int, purpose: Purpose) -> np.random.Generator:
-    """Generator for one purpose of the ``trial``-th attempt on object ``name``."""
+    """Return the generator for one purpose of the ``trial``-th attempt on object ``name``."""
     return np.random.default_rng(np.random.SeedSequence([run_seed, crc32(name.encode()), trial, purpose]))
 
 
@@ -34,9 +34,9 @@ class Streams:
     """The random streams of one attempt.
 
     Attributes:
-        seed: of the run.
-        name: of the object; of an attempt in an episode, its own.
-        attempt: how many times it was tried before in the run.
+        seed: the run's seed.
+        name: the object's name; for an attempt in an episode, its own.
+        attempt: how many times it was tried before in the run, from 0.
     """
 
     seed: int
@@ -44,5 +44,5 @@ class Streams:
     attempt: int
 
     def __call__(self, purpose: Purpose) -> np.random.Generator:
-        """The stream for one purpose."""
+        """Return the stream for one purpose."""
         return stream(self.seed, self.name, self.attempt, purpose)

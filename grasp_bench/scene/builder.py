@@ -18,6 +18,7 @@ from typing import Any, Protocol
 
 import mujoco
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from grasp_bench.objects.catalog import ObjectModel, VisualPart
 from grasp_bench.robot.robot import EC66_PARALLEL_85, Robot
@@ -30,27 +31,20 @@ TABLE = "table"
 GROUND = "ground"
 VISUAL_GROUP = 2
 COLLISION_GROUP = 3
+UNTOUCHED = {"contype": 0, "conaffinity": 0}
+"""Attributes of geoms that are only seen."""
 ROLLING_FRICTION = 1.5e-3
 """Rolling resistance on the table [m], of the order of a thin rubber mat: with less, things that
 lie on a small round patch rock for seconds."""
 
-NOT_IN_THE_MODEL = {
-    "name",
-    "description",
-    "sensor",
-    "calibration",
-    "light",
-    "settling",
-    "motion",
-    "success",
-    "clutter",
-    "trial_timeout",
-}
+NOT_IN_THE_MODEL: set[str] = set(
+    "name description sensor calibration light settling motion success clutter trial_timeout".split()
+)
 """Sections of a scenario that compiled models do not depend on."""
 
 
 def stl_bytes(vertices: np.ndarray, faces: np.ndarray) -> bytes:
-    """Binary STL of a mesh; normals are left to the reader."""
+    """Return a mesh as binary STL; normals are left to the reader."""
     triangles = np.zeros(len(faces), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("tag", "<u2")])
     triangles["corners"] = np.asarray(vertices)[np.asarray(faces)]
     return bytes(80) + struct.pack("<I", len(faces)) + triangles.tobytes()
@@ -88,7 +82,6 @@ class SceneObject(Protocol):
 def add_object(root: Any, model: SceneObject, scenario: Scenario, name: str = OBJECT) -> None:
     """Add a free body with its visual parts and convex hulls."""
     from dm_control import mjcf
-    from scipy.spatial import ConvexHull
 
     prefix = "" if name == OBJECT else f"{name}_"
     body = root.worldbody.add("body", name=name, pos=[0, 0, 1])
@@ -115,10 +108,9 @@ def add_object(root: Any, model: SceneObject, scenario: Scenario, name: str = OB
             mesh=mesh,
             rgba=[*part.rgb, 1],
             mass=0,
-            contype=0,
-            conaffinity=0,
             group=VISUAL_GROUP,
             user=[part.roughness],
+            **UNTOUCHED,
         )
     for i, hull in enumerate(merged(model.hulls, scenario.physics.max_hulls)):
         faces = ConvexHull(hull).simplices
@@ -148,9 +140,8 @@ def add_table(root: Any, scenario: Scenario) -> None:
         size=[table.size[0] / 2, table.size[1] / 2, 0.025],
         pos=[*table.center, -0.025],
         rgba=[*table.color, 1],
-        contype=0,
-        conaffinity=0,
         group=1,
+        **UNTOUCHED,
     )
     # What carries is a plane: contacts of meshes with a box flicker, and keep some objects rocking for ever.
     root.worldbody.add(
@@ -170,9 +161,8 @@ def add_table(root: Any, scenario: Scenario) -> None:
         size=[3, 3, 0.1],
         pos=[0, 0, -0.75],
         rgba=[0.35, 0.36, 0.38, 1],
-        contype=0,
-        conaffinity=0,
         group=1,
+        **UNTOUCHED,
     )
     root.asset.add(
         "texture",
@@ -197,7 +187,7 @@ def add_table(root: Any, scenario: Scenario) -> None:
 
 
 def new_world(scenario: Scenario) -> Any:
-    """Empty MJCF model with the scenario's solver settings."""
+    """Make an empty MJCF model with the scenario's solver settings."""
     from dm_control import mjcf
 
     root = mjcf.RootElement(model="grasp_bench")
@@ -216,12 +206,11 @@ def new_world(scenario: Scenario) -> Any:
 
 
 def compose(scenario: Scenario, model: SceneObject | None, robot: Robot | None = EC66_PARALLEL_85) -> Any:
-    """The MJCF model (``dm_control.mjcf.RootElement``) of a trial's world.
+    """Compose the MJCF model (``dm_control.mjcf.RootElement``) of a trial's world.
 
     Args:
-        scenario: settings.
         model: the object, or None for an empty table.
-        robot: at the origin, or None for only table and object.
+        robot: stands at the origin; None for only table and object.
     """
     root = new_world(scenario)
     add_table(root, scenario)
@@ -233,12 +222,13 @@ def compose(scenario: Scenario, model: SceneObject | None, robot: Robot | None =
 
 
 def object_name(which: int) -> str:
-    """Name of the body of the ``which``-th of several objects."""
+    """Return the name of the body of the ``which``-th of several objects."""
     return f"{OBJECT}{which}"
 
 
 def compose_many(scenario: Scenario, models: Sequence[SceneObject], robot: Robot = EC66_PARALLEL_85) -> Any:
-    """The MJCF model of a world with robot, table and several objects, named by :func:`object_name`."""
+    """Compose the MJCF model of a world with robot, table and several objects, named by
+    :func:`object_name`."""
     root = new_world(scenario)
     add_table(root, scenario)
     root.attach(load_robot(robot, scenario, 1.0))
@@ -253,7 +243,7 @@ def compile_mjcf(root: Any) -> mujoco.MjModel:
 
 
 def cache_dir() -> Path:
-    """Folder of compiled models: ``$GRASP_BENCH_CACHE`` or the user's cache folder."""
+    """Return the folder of compiled models: ``$GRASP_BENCH_CACHE`` or the user's cache folder."""
     base = os.environ.get("GRASP_BENCH_CACHE") or os.environ.get("XDG_CACHE_HOME")
     return (Path(base) if base else Path.home() / ".cache") / "grasp-bench" / "models"
 
@@ -267,7 +257,7 @@ def _digest(scenario: Scenario, model: ObjectModel | None, robot: Robot | None) 
 
 @lru_cache
 def _fixed_digest(robot: Robot | None) -> str:
-    """Of what no trial of a process changes: MuJoCo, this code, and the robot's facts and files."""
+    """Digest what no trial of a process changes: MuJoCo, this code, and the robot's facts and files."""
     digest = hashlib.sha256(f"{mujoco.__version__}|{robot}|".encode())
     code = (Path(__file__).with_name(f"{name}.py") for name in ("builder", "hulls", "mounting"))
     for path in (*code, *(robot.files if robot else ())):
@@ -278,7 +268,7 @@ def _fixed_digest(robot: Robot | None) -> str:
 def compile_scene(
     scenario: Scenario, model: ObjectModel | None, robot: Robot | None = EC66_PARALLEL_85
 ) -> mujoco.MjModel:
-    """Compiled model of a trial's world, from the cache where it is there."""
+    """Compile the model of a trial's world, or take it from the cache where it is there."""
     path = cache_dir() / f"{_digest(scenario, model, robot)}.mjb"
     if path.is_file():
         try:

@@ -5,14 +5,13 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-Floats = NDArray[np.float64]
+from grasp_bench.system.arrays import Floats
 
 
 def merged(hulls: list[Floats], most: int) -> list[Floats]:
-    """At most ``most`` convex pieces with the same vertices inside.
+    """Merge convex pieces until at most ``most`` are left, with the same vertices inside.
 
     The two pieces whose common hull adds least volume are merged, again and again (greedy, as the merging
     step of convex decompositions is); with one piece left it is the hull of everything. Cavities close where
@@ -39,7 +38,7 @@ def merged(hulls: list[Floats], most: int) -> list[Floats]:
 
 
 def _hull(points: Floats) -> tuple[Floats, float]:
-    """Vertices on the hull of a cloud, and its volume."""
+    """Return the vertices on the hull of a cloud, and its volume."""
     hull = ConvexHull(points)
     return points[hull.vertices], float(hull.volume)
 

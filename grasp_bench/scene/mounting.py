@@ -11,7 +11,7 @@ from grasp_bench.scenario.sections import Scenario
 
 
 def load_robot(robot: Robot, scenario: Scenario, friction: float) -> Any:
-    """Arm with its gripper at the flange, pads set to the object's ``friction``."""
+    """Load the arm with its gripper at the flange, pads set to the object's ``friction``."""
     arm, gripper = load_part(robot.arm.path), load_part(robot.gripper.path)
     arm.model, gripper.model = robot.arm.scope, robot.gripper.scope
     pads = [gripper.find("geom", name) for name in robot.gripper.pads]
@@ -24,7 +24,7 @@ def load_robot(robot: Robot, scenario: Scenario, friction: float) -> Any:
 
 
 def load_part(path: Path) -> Any:
-    """Arm or gripper, without the solver settings that its file has for viewing it alone.
+    """Load arm or gripper, without the solver settings that its file has for viewing it alone.
 
     Left in, they would meet those of the scenario on attaching: dm_control refuses different values, and
     takes a scenario's 0 for unset.

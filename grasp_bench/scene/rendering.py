@@ -61,7 +61,7 @@ class SceneCamera:
     all rays were cast every time.
 
     Args:
-        intrinsics, pose: of the camera.
+        intrinsics, pose: those of the camera.
         renderer: one of :data:`~grasp_bench.system.graphics.RENDERERS`.
     """
 
@@ -71,7 +71,7 @@ class SceneCamera:
         self._background: Picture | None = None
 
     def picture(self, model: mujoco.MjModel, data: mujoco.MjData, body: int = -1) -> Picture:
-        """Image of the scene; ``body`` is the one that changes between calls, −1 when all may."""
+        """Take an image of the scene; ``body`` is the one that changes between calls, −1 when all may."""
         if self.renderer != "raycast":
             return _render_gl(model, data, self.intrinsics, self.pose, self.renderer)
         if body < 0:
@@ -90,7 +90,7 @@ class SceneCamera:
         return whole
 
     def _region(self, model: mujoco.MjModel, data: mujoco.MjData, body: int) -> tuple[slice, slice]:
-        """Rows and columns that hold all the body's shown geoms."""
+        """Return the rows and columns that hold all the body's shown geoms."""
         shown = np.nonzero((model.geom_bodyid == body) & (SHOWN_GROUPS[model.geom_group] > 0))[0]
         points = self.pose.to_camera(box_corners(model, data, shown).reshape(-1, 3))
         height, width = self.directions.shape[:2]
@@ -103,7 +103,7 @@ class SceneCamera:
 
 
 def box_corners(model: mujoco.MjModel, data: mujoco.MjData, geoms: NDArray[np.intp]) -> NDArray[np.float64]:
-    """(G, 8, 3) corners of the geoms' bounding boxes in the world [m]."""
+    """Return the (G, 8, 3) corners of the geoms' bounding boxes in the world [m]."""
     signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, 8).T
     boxes = model.geom_aabb[geoms, None, :3] + signs * model.geom_aabb[geoms, None, 3:]
     corners = np.einsum("gij,gkj->gki", data.geom_xmat[geoms].reshape(-1, 3, 3), boxes)
@@ -120,7 +120,6 @@ def raycast(
     """Cast rays of any pattern (H, W, 3), each with z = 1 in its camera's frame.
 
     Args:
-        model, data: the scene.
         origin: (3,) optical centre [m].
         directions: world directions; with z = 1 in the camera frame distances are z-depths.
         exclude: body that rays pass through, −1 for none.
@@ -164,7 +163,7 @@ def raycast(
 
 
 def geom_colors(model: mujoco.MjModel) -> NDArray[np.float64]:
-    """(ngeom, 3) base colours; a material's colour replaces the geom's own."""
+    """Return the (ngeom, 3) base colours; a material's colour replaces the geom's own."""
     colors = model.geom_rgba[:, :3].astype(float)
     made_of = model.geom_matid >= 0
     colors[made_of] = model.mat_rgba[model.geom_matid[made_of], :3]
@@ -172,7 +171,7 @@ def geom_colors(model: mujoco.MjModel) -> NDArray[np.float64]:
 
 
 def surfaces(model: mujoco.MjModel) -> Surfaces:
-    """Albedo and roughness of all geoms of a model made by :mod:`grasp_bench.scene.builder`."""
+    """Return albedo and roughness of all geoms of a model made by :mod:`grasp_bench.scene.builder`."""
     display = geom_colors(model)
     # IEC 61966-2-1
     linear = np.where(display <= 0.04045, display / 12.92, ((display + 0.055) / 1.055) ** 2.4)
@@ -181,7 +180,7 @@ def surfaces(model: mujoco.MjModel) -> Surfaces:
 
 
 def incidence_cosine(depth: NDArray[np.float32], intrinsics: Intrinsics) -> NDArray[np.float32]:
-    """(H, W) cosine between viewing ray and surface normal, from a perfect depth image [m]."""
+    """Return the (H, W) cosine between viewing ray and surface normal, from a perfect depth image [m]."""
     rays = intrinsics.rays()
     points = rays * depth[..., None]
     normal = np.cross(np.gradient(points, axis=1), np.gradient(points, axis=0))
@@ -193,7 +192,7 @@ def incidence_cosine(depth: NDArray[np.float32], intrinsics: Intrinsics) -> NDAr
 def _render_gl(
     model: mujoco.MjModel, data: mujoco.MjData, intrinsics: Intrinsics, pose: CameraPose, backend: str
 ) -> Picture:
-    """Image by OpenGL from the model's camera ``sensor``, which is put at ``pose``."""
+    """Draw an image by OpenGL from the model's camera ``sensor``, which is put at ``pose``."""
     with_gl(backend)
     placed = model.camera("sensor").id  # a child of the world; its OpenGL axes have y up and z backwards
     data.cam_xpos[placed] = pose.position

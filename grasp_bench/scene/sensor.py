@@ -50,12 +50,10 @@ def sense(
     surfaces: Surfaces | None = None,
     light: float = 1.0,
 ) -> RgbdImage:
-    """The image a real camera might have delivered of a perfect one.
+    """Return the image a real camera might have delivered of a perfect one.
 
     Args:
-        picture: perfect (H, W) image.
-        intrinsics: of the image.
-        sensor: parameters.
+        picture: the perfect (H, W) image.
         rng: the trial's sensor stream; how many numbers are drawn does not depend on the image, and
             the terms that came later have streams of their own (children of this one).
         surfaces: albedo and roughness of the picture's geoms; without them nothing is dark or shiny.
@@ -79,7 +77,7 @@ def sense(
 
 
 def _frame(picture: Picture, sensor: Sensor, rng: np.random.Generator) -> tuple[Image, Mask]:
-    """Depth of one frame [m], and which pixels of it hold no reading."""
+    """Return the depth of one frame [m], and which pixels of it hold no reading."""
     depth = picture.depth
     h, w = depth.shape
     axial = NORMAL[_bits(rng, (h, w))]
@@ -122,7 +120,7 @@ def _frame(picture: Picture, sensor: Sensor, rng: np.random.Generator) -> tuple[
 def _unreflected(
     picture: Picture, sensor: Sensor, surfaces: Surfaces | None, rng: np.random.Generator
 ) -> Mask:
-    """Pixels whose surface sends too little light back: dark, shiny or distant."""
+    """Return the pixels whose surface sends too little light back: dark, shiny or distant."""
     h, w = picture.depth.shape
     patch = sensor.patch_px
     coarse = rng.random((3, -(-h // patch), -(-w // patch)), dtype=np.float32)
@@ -131,7 +129,7 @@ def _unreflected(
     if surfaces is not None:
 
         def share(of: NDArray[np.float64], threshold: float) -> NDArray[np.float64]:
-            """(H, W) how far below the threshold the seen surface lies, 0 to 1."""
+            """Return (H, W) how far below the threshold the seen surface is, 0 to 1."""
             return np.append(np.clip(1 - of / threshold, 0, 1), 0)[picture.geom]  # nothing hit: the last
 
         lost |= dark < sensor.dark_dropout * share(surfaces.albedo, sensor.dark_albedo)
@@ -145,7 +143,7 @@ def _unreflected(
 def _color(
     rgb: NDArray[np.uint8], sensor: Sensor, bits: NDArray[np.uint16], light: float, rng: np.random.Generator
 ) -> NDArray[np.uint8]:
-    """The colour picture; ``bits`` (H, W, 3) choose the normal numbers of its noise."""
+    """Return the colour picture; ``bits`` (H, W, 3) choose the normal numbers of its noise."""
     drawn = rng.standard_normal(4)
     gain = (
         sensor.exposure

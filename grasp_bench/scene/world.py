@@ -8,15 +8,14 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 from mujoco.rollout import rollout
-from numpy.typing import NDArray
 
 from grasp_bench.grasps import GraspPose
 from grasp_bench.robot.robot import EC66_PARALLEL_85, Robot
 from grasp_bench.robot.trajectory import Trajectory
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import GROUND, OBJECT
-
-Floats = NDArray[np.float64]
+from grasp_bench.scene.contacts import touching
+from grasp_bench.system.arrays import Floats
 
 _STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 
@@ -40,7 +39,11 @@ class Touch:
 
     @property
     def held(self) -> bool:
-        """Both fingers touch the object."""
+        """Both fingers press on the object.
+
+        The judge wants a positive normal force: a contact alone may carry none, as when the object is about
+        to leave a pad. The floating gripper, which decides more coarsely, is content with the contact.
+        """
         return self.left > 0 and self.right > 0
 
 
@@ -52,15 +55,15 @@ class World:
 
     Args:
         model: compiled by :func:`grasp_bench.scene.builder.compile_scene`, robot included.
-        scenario: its settings.
+        scenario: the one the model was compiled with.
         objects: names of the objects' bodies; the first is the target at the start.
-        friction: of each object against the pads, which take on the target's; without it they stay as
+        friction: each object's friction against the pads, which take on the target's; without it they stay as
             compiled.
-        robot: that the model was compiled with.
+        robot: the one the model was compiled with.
 
     Attributes:
         target: index of the object that is tried.
-        pads: (2,) numbers of the geoms of the left and the right pad.
+        pads: (2,) ids of the geoms of the left and the right pad.
     """
 
     def __init__(
@@ -144,7 +147,7 @@ class World:
         self._starts = [float(self.data.xpos[body][2]) for body in self.bodies]
 
     def rise(self, which: int | None = None) -> float:
-        """How far an object, by default the target, is above where it was marked [m]."""
+        """Return how far an object, by default the target, is above where it was marked [m]."""
         chosen = self.target if which is None else which
         return float(self.data.xpos[self.bodies[chosen]][2]) - self._starts[chosen]
 
@@ -152,8 +155,10 @@ class World:
         """Step until all objects have been still for ``settling.still_time``.
 
         Raises:
-            UnstableError: when it is not at rest before ``settling.timeout``.
+            UnstableError: when one is not at rest before ``settling.timeout``.
         """
+        # The limits are the scenario's: they are part of a trial's definition. The floating gripper has its
+        # own, with which labels and shipped objects were made.
         settling = self.scenario.settling
         chunk = 10
         period = chunk * self.model.opt.timestep
@@ -257,23 +262,21 @@ class World:
 
     @property
     def joint_torques(self) -> Floats:
-        """(N,) what the arm's motors give [N m]: the servos, and the compensation of the arm's weight."""
+        """(N,) torques of the arm's motors [N m]: the servos', and the compensation of the arm's weight."""
         return self.data.qfrc_actuator[self._arm_v] + self.data.qfrc_gravcomp[self._arm_v]
 
     @property
     def joint_velocities(self) -> Floats:
-        """(N,) of the arm [rad/s]."""
+        """(N,) velocities of the arm's joints [rad/s]."""
         return self.data.qvel[self._arm_v].copy()
 
     def touch(self) -> Touch:
-        """What the object touches now, and how hard."""
-        contact = self.data.contact
-        pairs = np.asarray(contact.geom)
+        """Return what the object touches now, and how hard."""
         force = np.zeros(6)
         left = right = 0.0
         elsewhere: set[str] = set()
-        for i in np.nonzero(self._is_object[pairs].any(axis=1))[0] if len(pairs) else ():
-            first, second = pairs[i]
+        for i in touching(self.data, self._is_object):
+            first, second = self.data.contact.geom[i]
             other = second if self._is_object[first] else first
             mujoco.mj_contactForce(self.model, self.data, int(i), force)
             if force[0] <= 0:
@@ -291,17 +294,12 @@ class World:
         return Touch(left, right, tuple(sorted(elsewhere)))
 
     def collision_force(self) -> tuple[float, str]:
-        """Greatest normal force [N] of the robot against object or table, and what it meets."""
-        pairs = np.asarray(self.data.contact.geom)
+        """Return the greatest normal force [N] of the robot against object or table, and what it meets."""
         force = np.zeros(6)
         worst, name = 0.0, ""
-        if len(pairs) == 0:
-            return worst, name
-        robot = self._is_robot[pairs]
-        other = (self._is_any_object | self._is_table)[pairs]
-        for i in np.nonzero(robot.any(axis=1) & other.any(axis=1))[0]:
+        for i in touching(self.data, self._is_robot, self._is_any_object | self._is_table):
             mujoco.mj_contactForce(self.model, self.data, int(i), force)
             if force[0] > worst:
                 worst = float(force[0])
-                name = "object" if self._is_any_object[pairs[i]].any() else "table"
+                name = "object" if self._is_any_object[self.data.contact.geom[i]].any() else "table"
         return worst, name

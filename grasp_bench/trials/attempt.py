@@ -38,10 +38,9 @@ class Table:
     """What an attempt finds on the table.
 
     Attributes:
-        models: the objects.
-        build: makes their world.
-        settle: brings them to rest in it.
-        alone: their world differs from all others of the workcell in one object only.
+        build: makes the world of the objects.
+        settle: brings the objects to rest in that world.
+        alone: whether the world differs from all others of the workcell in one object only.
     """
 
     models: Sequence[ObjectModel]
@@ -75,12 +74,9 @@ def attempt(
     """Try to pick up something, once.
 
     Args:
-        cell: scenario, planner and camera.
-        table: what is there.
-        predictor: proposes grasps.
-        streams: of all that is random.
-        trial: number in the run.
-        clock: to go on with.
+        streams: random streams of the attempt.
+        trial: the trial's number in the run, for the record.
+        clock: takes the times of this attempt, too; a new one by default.
         observer: called after every sample of the arm's motion, for films and logs.
     """
     clock = clock or Clock()
@@ -157,7 +153,7 @@ def _record(
 
 
 def _truths(world: World, models: Sequence[ObjectModel], camera: SceneCamera) -> list[GroundTruth]:
-    """What a control may be told of every object."""
+    """Return what a control may be told of every object."""
     truths = []
     for which, model in enumerate(models):
         world.aim(which)
@@ -166,7 +162,7 @@ def _truths(world: World, models: Sequence[ObjectModel], camera: SceneCamera) ->
 
 
 def _meant(grasp: Grasp, picture: Picture, world: World, camera: SceneCamera) -> int:
-    """Index of the object under a grasp's centre, or of the nearest one where there is none."""
+    """Return the index of the object under a grasp's centre, or of the nearest one where there is none."""
     height, width = picture.geom.shape
     row, column = min(int(grasp.y), height - 1), min(int(grasp.x), width - 1)
     geom = int(picture.geom[row, column])

@@ -17,7 +17,7 @@ class Clock:
     seconds: dict[str, float] = field(default_factory=dict)
 
     def timings(self, trial: int) -> Timings:
-        """The seconds of a trial's phases, as they are stored."""
+        """Return the seconds of a trial's phases, as they are stored."""
         return Timings.model_validate({"trial": trial} | {k: round(v, 6) for k, v in self.seconds.items()})
 
     @contextmanager

@@ -10,8 +10,6 @@ attempts under ``clutter``. Every attempt has a world of its own, of what is sti
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from grasp_bench.objects.catalog import Catalog
@@ -41,14 +39,12 @@ def run_episode(
     """Clear one table.
 
     Args:
-        cell: scenario, planner and camera.
-        catalog: of all objects.
-        predictor: proposes grasps.
+        catalog: holds the objects that may be on the table.
         job: number in the run, the object that is surely on the table (the others are drawn at random), and
             how many episodes of the run had it before.
-        seed: of the run.
-        clock: for the phases of all attempts together.
-        watch: what shall watch the attempt of a number.
+        seed: the run's seed.
+        clock: takes the times of all attempts together; a new one by default.
+        watch: gives the watcher of the attempt of a number.
     """
     clock = clock or Clock()
     scenario = cell.scenario
@@ -77,9 +73,9 @@ def run_episode(
                     observer=watcher,
                 ),
             )
-            ended = _after(done, left, scenario)
-            left, record = ended.left, done.record
-            attempts.append(record.as_attempt(number, ended.removed))
+            record = done.record
+            left, removed = _after(done, left, scenario)
+            attempts.append(record.as_attempt(number, removed))
             failures = 0 if record.success else failures + 1
             if not record.success:
                 outcome, detail = record.outcome, record.detail
@@ -105,7 +101,7 @@ def run_episode(
 
 
 def drawn(lead: str, catalog: Catalog, scenario: Scenario, rng: np.random.Generator) -> list[str]:
-    """Names of an episode's objects: ``lead``, and others at random."""
+    """Draw the names of an episode's objects: ``lead``, and others at random."""
     assert scenario.clutter is not None
     others = [n for n in catalog.chosen(scenario.objects.names) if n != lead]
     count = int(rng.integers(scenario.clutter.fewest, scenario.clutter.most + 1))
@@ -117,22 +113,15 @@ def _table(left: list[Resting], scenario: Scenario) -> Table:
     return Table([r.model for r in left], lambda: world_of(left, scenario), World.settle)
 
 
-@dataclass(frozen=True)
-class _After:
-    """What is left on the table after an attempt, and the names of what it took away."""
-
-    left: list[Resting]
-    removed: tuple[str, ...] = ()
-
-
-def _after(done: Trial, before: list[Resting], scenario: Scenario) -> _After:
+def _after(done: Trial, before: list[Resting], scenario: Scenario) -> tuple[list[Resting], tuple[str, ...]]:
+    """Return what is left on the table after an attempt, and the names of what it took away."""
     world, outcome = done.world, done.record.outcome
     if world is None or outcome in (Outcome.UNSTABLE, Outcome.ERROR):
-        return _After(before)
+        return before, ()
     now = resting(world, before)
     if outcome is not Outcome.SUCCESS:
-        return _After(now)
+        return now, ()
     lifted = scenario.success.minimum_lift
     gone = {i for i in range(len(before)) if i == world.target or world.rise(i) > lifted}
     left = [r for i, r in enumerate(now) if i not in gone]
-    return _After(left, tuple(before[i].model.name for i in sorted(gone)))
+    return left, tuple(before[i].model.name for i in sorted(gone))

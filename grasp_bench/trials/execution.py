@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grasp_bench.grasps import GraspPose
 from grasp_bench.planning.planner import Plan
@@ -17,8 +16,8 @@ from grasp_bench.robot.trajectory import Trajectory
 from grasp_bench.runs.record import TcpError
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scene.world import UnstableError, World
+from grasp_bench.system.arrays import Floats
 
-Floats = NDArray[np.float64]
 Verdict = tuple[Outcome, str]
 """An outcome, and why in words."""
 
@@ -29,8 +28,8 @@ class Execution:
 
     Attributes:
         outcome, detail: the verdict, and why in words.
-        tcp_error: before the fingers closed.
-        lift_height: of the object above its place, after lifting [m].
+        tcp_error: that of the TCP before the fingers closed.
+        lift_height: height of the object above its place, after lifting [m].
         contact_force: mean normal force of the two fingers at the end [N].
     """
 
@@ -144,19 +143,19 @@ class _Phases:
 
 
 def chunks(motion: Trajectory, size: int) -> Iterator[Trajectory]:
-    """A trajectory in pieces of ``size`` samples."""
+    """Cut a trajectory into pieces of ``size`` samples."""
     for i in range(0, len(motion.positions), size):
         yield Trajectory(motion.positions[i : i + size], motion.velocities[i : i + size])
 
 
 def still(q: Floats, seconds: float, period: float, count: int | None = None) -> Trajectory:
-    """Standing still at ``q``."""
+    """Return a trajectory that stands still at ``q``."""
     samples = max(1, round(seconds / period)) if count is None else count
     return Trajectory(np.repeat(q[None], samples, axis=0), np.zeros((samples, len(q))))
 
 
 def tcp_error(actual: GraspPose, wanted: GraspPose) -> TcpError:
-    """How far a TCP pose is from another."""
+    """Return how far a TCP pose is from another."""
     cosine = (np.trace(actual.rotation.T @ wanted.rotation) - 1) / 2
     return TcpError(
         float(np.linalg.norm(actual.position - wanted.position)),

@@ -29,12 +29,9 @@ def do_job(
     """Do a trial of a run.
 
     Args:
-        cell: scenario, planner and camera.
-        catalog: of all objects.
-        predictor: proposes grasps.
-        job: which trial.
-        seed: of the run.
-        watch: for pictures, films and logs.
+        job: the trial's number, object and attempt.
+        seed: the run's seed.
+        watch: gives watchers for pictures, films and logs.
     """
     if cell.scenario.clutter is not None:
         clock = Clock()

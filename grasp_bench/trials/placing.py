@@ -6,16 +6,17 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import mujoco
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
+from shapely import Polygon
+from shapely.affinity import translate
 
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import compile_mjcf, compose_many, object_name
 from grasp_bench.scene.world import UnstableError, World
-
-Floats = NDArray[np.float64]
+from grasp_bench.system.arrays import Floats
 
 LAYOUTS = 5
 """Layouts tried before an episode whose objects never come to rest is unstable."""
@@ -47,7 +48,7 @@ def put_down(world: World, model: ObjectModel, scenario: Scenario, rng: np.rando
 
 
 def random_pose(model: ObjectModel, rng: np.random.Generator) -> tuple[float, Floats]:
-    """Height of the centre of mass [m] and quaternion of a graspable resting pose at any yaw."""
+    """Draw the height of the centre of mass [m] and quaternion of a graspable resting pose at any yaw."""
     poses = model.graspable_poses
     weights = np.array([p.probability for p in poses])
     pose = poses[rng.choice(len(poses), p=weights / weights.sum())]
@@ -57,16 +58,14 @@ def random_pose(model: ObjectModel, rng: np.random.Generator) -> tuple[float, Fl
 
 
 def multiply_quaternions(a: Floats, b: Floats) -> Floats:
-    """Hamilton product of quaternions w, x, y, z."""
-    import mujoco
-
+    """Return the Hamilton product of quaternions w, x, y, z."""
     product = np.zeros(4)
     mujoco.mju_mulQuat(product, np.asarray(a, float), np.asarray(b, float))
     return product
 
 
 def world_of(left: list[Resting], scenario: Scenario) -> World:
-    """The objects where they rest, and the arm at home."""
+    """Make the world of the objects where they rest, and the arm at home."""
     model = compile_mjcf(compose_many(scenario, [r.model for r in left]))
     world = World(
         model, scenario, [object_name(i) for i in range(len(left))], [r.model.friction for r in left]
@@ -78,7 +77,7 @@ def world_of(left: list[Resting], scenario: Scenario) -> World:
 
 
 def resting(world: World, left: list[Resting]) -> list[Resting]:
-    """Where the objects of a world are now."""
+    """Return where the objects of a world are now."""
     return [
         Resting(r.model, world.data.xpos[body].copy(), world.data.xquat[body].copy())
         for r, body in zip(left, world.bodies, strict=True)
@@ -86,7 +85,8 @@ def resting(world: World, left: list[Resting]) -> list[Resting]:
 
 
 def lay_out(models: Sequence[ObjectModel], scenario: Scenario, rng: np.random.Generator) -> list[Resting]:
-    """Objects at rest on the table, in graspable poses where they were put; piled where there was no room.
+    """Put objects down at rest on the table, in graspable poses where they were put; piled where there was no
+    room.
 
     Each is put down in a random graspable resting pose at a random place beside the others, or, when there
     is none, dropped onto them. Layouts that do not come to rest are drawn again.
@@ -108,10 +108,6 @@ def lay_out(models: Sequence[ObjectModel], scenario: Scenario, rng: np.random.Ge
 
 
 def _placed(models: Sequence[ObjectModel], scenario: Scenario, rng: np.random.Generator) -> list[Resting]:
-    import mujoco
-    from shapely import Polygon
-    from shapely.affinity import translate
-
     assert scenario.clutter is not None
     centre, spread = np.array(scenario.table.center), np.array(scenario.clutter.workspace)
     placed: list[Resting] = []

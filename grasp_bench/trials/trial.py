@@ -28,12 +28,9 @@ def run_trial(
     """Try to pick up ``model`` once.
 
     Args:
-        cell: scenario, planner and camera.
-        model: the object.
-        predictor: proposes grasps.
-        trial: number in the run.
+        trial: the trial's number in the run, for the record.
         attempt: how many times this object was tried before in the run.
-        seed: of the run.
+        seed: the run's seed.
         observer: called after every sample of the arm's motion, for films and logs.
     """
     streams = Streams(seed, model.name, attempt)

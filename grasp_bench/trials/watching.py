@@ -14,7 +14,7 @@ class Watcher(Protocol):
     """Watches one attempt as its observer, and keeps something of it afterwards."""
 
     def __call__(self, world: World) -> None:
-        """Called after every sample of the arm's motion."""
+        """Look at the world, after every sample of the arm's motion."""
         ...
 
     def keep(self, done: Trial, predictor: Any) -> None:
@@ -23,15 +23,15 @@ class Watcher(Protocol):
 
 
 Watch = Callable[[int | None], Watcher | None]
-"""What shall watch an attempt: the one of a number in its episode, from 0, or None of a single trial."""
+"""Gives the watcher of an attempt by its number in the episode, from 0, or None for a single trial."""
 
 
 def unwatched(number: int | None) -> None:
-    """Nothing watches."""
+    """Watch nothing."""
 
 
 def watched(watcher: Watcher | None, predictor: Predictor, make: Callable[[Watcher | None], Trial]) -> Trial:
-    """The attempt that ``make`` makes while it is watched; what is wanted of it is kept."""
+    """Make the attempt of ``make`` while it is watched, and keep what is wanted of it."""
     done = make(watcher)
     if watcher is not None:
         with done.clock.phase("media"):

@@ -21,8 +21,7 @@ class Workcell:
     """What trials of one scenario share; holds no state of any of them.
 
     Args:
-        scenario: the trials' definition.
-        renderer: see :mod:`grasp_bench.scene.rendering`.
+        renderer: one of :data:`~grasp_bench.system.graphics.RENDERERS`.
     """
 
     def __init__(self, scenario: Scenario, renderer: str = "auto") -> None:
@@ -33,7 +32,8 @@ class Workcell:
         self._true_cameras: dict[int, SceneCamera] = {}
 
     def true_camera(self, streams: Streams) -> SceneCamera:
-        """The camera that takes an attempt's picture, off the nominal one by the calibration's error."""
+        """Return the camera that takes an attempt's picture, off the nominal one by the calibration's
+        error."""
         calibration, nominal = self.scenario.calibration, self.camera
         if calibration.exact:
             return nominal
@@ -49,7 +49,7 @@ class Workcell:
 
 
 def miscalibrated(pose: CameraPose, calibration: Calibration, rng: np.random.Generator) -> CameraPose:
-    """Where a camera believed at ``pose`` truly is; directions of both errors are uniform."""
+    """Draw where a camera believed at ``pose`` truly is; directions of both errors are uniform."""
     shift, axis = (v / np.linalg.norm(v) for v in rng.standard_normal((2, 3)))
     return pose.moved(calibration.position_mm / 1000 * shift, math.radians(calibration.rotation_deg) * axis)
 
@@ -62,14 +62,14 @@ def take_picture(
     clock: Clock,
     changing: int = -1,
 ) -> tuple[Picture, RgbdImage]:
-    """The perfect picture of a world, and what the sensor makes of it.
+    """Take the perfect picture of a world, and what the sensor makes of it.
 
     Args:
-        world: at rest.
-        camera: where the sensor truly is.
-        scenario: its sensor and light.
-        rng: the sensor's stream.
-        clock: for the phases ``render`` and ``sense``.
+        world: what is pictured, at rest.
+        camera: stands where the sensor truly is.
+        scenario: has the sensor's noise and the light.
+        rng: the attempt's random stream for the sensor.
+        clock: takes the times of the phases ``render`` and ``sense``.
         changing: body that alone differs from the camera's last picture, −1 when others may.
     """
     with clock.phase("render"):

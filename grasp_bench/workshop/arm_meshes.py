@@ -33,7 +33,7 @@ Profile = Sequence[tuple[float, float]]
 # ---------------------------------------------------------------- parts
 
 def turned(profile: Profile, fillet: float = 0.0) -> s.Mesh:
-    """Solid of revolution about z; ``profile`` lists (r, z) from axis to axis.
+    """Make a solid of revolution about z; ``profile`` lists (r, z) from axis to axis.
 
     The profile is rounded together with its mirror image, so that ``fillet`` (mm)
     rounds the rim and leaves the axis alone.
@@ -48,12 +48,12 @@ def turned(profile: Profile, fillet: float = 0.0) -> s.Mesh:
 
 
 def drum(radius: float, start: float, stop: float, fillet: float = 3.0) -> s.Mesh:
-    """Cylinder about z from ``start`` to ``stop`` with rounded rims."""
+    """Make a cylinder about z from ``start`` to ``stop`` with rounded rims."""
     return turned([(0, start), (radius, start), (radius, stop), (0, stop)], fillet)
 
 
 def cap(radius: float, at: float, sense: int) -> s.Mesh:
-    """End cap on a housing of ``radius``: a rounded lid that ends at ``at``, seen from ``sense``.
+    """Make the end cap of a housing of ``radius``: a rounded lid that ends at ``at``, seen from ``sense``.
 
     A shallow annular groove and a slightly sunk centre catch the light as on the real lid.
     """
@@ -66,19 +66,19 @@ def cap(radius: float, at: float, sense: int) -> s.Mesh:
 
 
 def housing(radius: float, joint: float, end: float) -> tuple[s.Mesh, s.Mesh]:
-    """Joint housing about z from its ``joint`` face to its capped ``end``: (body, dark parts)."""
+    """Make a joint housing about z from its ``joint`` face to its capped ``end``: (body, dark parts)."""
     sense = 1 if end > joint else -1
     body = drum(radius, *sorted((joint + sense * COLLAR, end - sense * CAP)))
     return body, joined(collar(radius, joint, sense), cap(radius, end, sense))
 
 
 def collar(radius: float, face: float, sense: int) -> s.Mesh:
-    """Recessed dark ring about z between ``face``, where two links meet, and the housing."""
+    """Make the recessed dark ring about z between ``face``, where two links meet, and the housing."""
     return drum(radius - 2.0, *sorted((face, face + sense * (COLLAR + 1))), fillet=0.0)
 
 
 def tube(stations: Sequence[tuple[float, float, float]], steps: int = 24) -> s.Mesh:
-    """Round tube along z through ``stations`` of (z, radius, y of the axis), smoothly blended."""
+    """Make a round tube along z through ``stations`` of (z, radius, y of the axis), smoothly blended."""
     z, r, y = np.asarray(stations, dtype=float).T
     fine = np.linspace(z[0], z[-1], steps + 1)
     turn = np.linspace(0, 2 * np.pi, SEGMENTS, endpoint=False)
@@ -98,7 +98,7 @@ Parts = dict[str, s.Mesh]
 
 
 def base_link() -> Parts:
-    """Foot: bolting flange of 150 mm, shoulder of 118 mm at 20 mm, 28 mm high."""
+    """Make the foot: bolting flange of 150 mm, shoulder of 118 mm at 20 mm, 28 mm high."""
     foot = turned([(0, 0), (75, 0), (75, 8), (73.5, 9.5), (66, 11), (61, 14.5), (LARGE, 20), (LARGE, 28),
                    (0, 28)])
     bolt = s.move(s.cylinder(4.5, 4.5, 16), x=67, z=9)
@@ -106,14 +106,14 @@ def base_link() -> Parts:
 
 
 def link1() -> Parts:
-    """Upright shoulder housing with a stub of the same bore towards the upper arm (+y)."""
+    """Make the upright shoulder housing with a stub of the same bore towards the upper arm (+y)."""
     body, dark = housing(LARGE, -68, 81.7)
     stub = along_y(turned([(0, 0), (LARGE, 0), (LARGE, 70 - COLLAR), (0, 70 - COLLAR)]))
     return {"body": joined(body, stub), "dark": joined(dark, along_y(collar(LARGE, 70, -1)))}
 
 
 def link2() -> Parts:
-    """Upper arm, 418 mm: shoulder drum, waisted tube at y = 16 mm, elbow drum."""
+    """Make the upper arm, 418 mm: shoulder drum, waisted tube at y = 16 mm, elbow drum."""
     shoulder, shoulder_dark = housing(LARGE, -52, 97.7)
     elbow, elbow_dark = housing(MEDIUM, -44, 82)
     waist = ((0, 58.9), (60, 58.9), (80, 58.2), (150, 48), (210, 41.5), (250, 42.2), (300, 46), (350, 48.4),
@@ -124,7 +124,7 @@ def link2() -> Parts:
 
 
 def link3() -> Parts:
-    """Forearm, 398 mm: elbow drum, waisted tube at y = 24 mm, first wrist drum."""
+    """Make the forearm, 398 mm: elbow drum, waisted tube at y = 24 mm, first wrist drum."""
     elbow, elbow_dark = housing(MEDIUM, 78, -3.5)
     wrist, wrist_dark = housing(SMALL, 73.5, -29.5)
     arm = tube([(0, 34.5, 39), (30, 34.9, 39), (52, 35.8, 36), (70, 36.8, 29), (100, 35.5, 24.5),
@@ -134,7 +134,7 @@ def link3() -> Parts:
 
 
 def wrist_link() -> Parts:
-    """Second and third wrist: a capped drum on a stub of equal bore.
+    """Make the second or third wrist: a capped drum on a stub of equal bore.
 
     Drawn about z with the stub towards -y, the drum's centre on the origin.
     """
@@ -146,17 +146,17 @@ def wrist_link() -> Parts:
 
 
 def link4() -> Parts:
-    """Wrist 2: drum about z at y = 122 mm, stub from y = 73.5 mm."""
+    """Make wrist 2: drum about z at y = 122 mm, stub from y = 73.5 mm."""
     return {name: s.move(part, y=122) for name, part in wrist_link().items()}
 
 
 def link5() -> Parts:
-    """Wrist 3: drum about y at z = 98 mm, stub from z = 49.5 mm."""
+    """Make wrist 3: drum about y at z = 98 mm, stub from z = 49.5 mm."""
     return {name: s.move(s.rotate(part, x=90), z=98) for name, part in wrist_link().items()}
 
 
 def link6() -> Parts:
-    """Tool flange: disc of 76 mm, then a hub of 63 mm whose face has four holes on 50 mm."""
+    """Make the tool flange: disc of 76 mm, then a hub of 63 mm whose face has four holes on 50 mm."""
     disc = s.rotate(drum(SMALL, 49.5 + COLLAR, 70), x=90)
     neck = s.rotate(collar(SMALL, 49.5, 1), x=90)
     hub = turned([(0, 66), (31.5, 66), (31.5, 82), (0, 82)])
@@ -168,7 +168,7 @@ def link6() -> Parts:
 # ---------------------------------------------------------------- files
 
 def arm_meshes() -> dict[str, s.Mesh]:
-    """All visual meshes of the arm by file stem, in millimetres and link frames."""
+    """Return all visual meshes of the arm by file stem, in millimetres and link frames."""
     links = (base_link, link1, link2, link3, link4, link5, link6)
     return {f"{link.__name__}_{name}": part for link in links for name, part in link().items()}
 
@@ -184,7 +184,7 @@ def write_meshes(folder: Path) -> list[Path]:
 
 
 def main() -> None:
-    """Command line: rewrite the shipped meshes."""
+    """Rewrite the shipped meshes, as the command line says."""
     parser = argparse.ArgumentParser(description="Rewrite the EC66 and gripper meshes.")
     parser.add_argument("--out", type=Path, default=EC66.path.parent / "meshes", help="output folder")
     for path in write_meshes(parser.parse_args().out):

@@ -10,12 +10,14 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, as_completed
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import trimesh
+from pebble import ProcessPool
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
@@ -28,7 +30,11 @@ from grasp_bench.workshop.shapes import Mesh, union
 
 MILLIMETRE = 1e-3
 SHAPE_VERSION = 1
-"""Raise when the shape stage changes, so that all objects are built again."""
+"""Raise this when the shape stage changes, so that all objects are built again."""
+LISTED = (
+    "name category family mass material friction source inertia extents faces hulls decomposition".split()
+)
+"""Entries of ``object.json`` that the manifest repeats."""
 
 
 def _metres(parts: list[Part]) -> list[Part]:
@@ -44,8 +50,8 @@ def _metres(parts: list[Part]) -> list[Part]:
 
 
 def mass_properties(parts: list[Part], mass: float) -> tuple[np.ndarray, np.ndarray]:
-    """Centre of mass (3,) [m] and inertia (3, 3) about it [kg m²] of parts (metres) whose
-    material densities are scaled together so that they weigh ``mass`` [kg]."""
+    """Return the centre of mass (3,) [m] and inertia (3, 3) about it [kg m²] of parts (metres) whose material
+    densities are scaled together so that they weigh ``mass`` [kg]."""
     weights = np.array([MATERIALS[p.material].density * p.mesh.volume for p in parts])
     shares = mass * weights / weights.sum()
     centres = np.array([p.mesh.center_mass for p in parts])
@@ -59,7 +65,7 @@ def mass_properties(parts: list[Part], mass: float) -> tuple[np.ndarray, np.ndar
 
 
 def fingerprint(parts: list[Part], spec: ObjectSpec) -> str:
-    """Digest of all that the shape stage depends on."""
+    """Digest all that the shape stage depends on."""
     digest = hashlib.sha256(f"{SHAPE_VERSION}|{spec.mass}|{spec.material}".encode())
     for part in parts:
         digest.update(np.round(np.asarray(part.mesh.vertices), 4).tobytes())
@@ -117,7 +123,7 @@ def build_shape(spec: ObjectSpec, folder: Path) -> bool:
 
 
 def rounded(values: Any, digits: int) -> Any:
-    """Nested lists of rounded numbers, for JSON."""
+    """Return nested lists of rounded numbers, for JSON."""
     return np.round(np.asarray(values, float), digits).tolist()
 
 
@@ -167,14 +173,10 @@ def build_all(
     """Build objects on ``workers`` processes; yields (name, outcome) as each ends.
 
     Args:
-        folder: target, normally ``assets/objects``.
-        names: which; all registered when None.
+        folder: where the objects' folders go, normally ``assets/objects``.
+        names: those of the objects to build; all registered ones when None.
         stage: ``shape``, ``rest`` or ``all``.
     """
-    from concurrent.futures import Future, as_completed
-
-    from pebble import ProcessPool
-
     import grasp_bench.workshop.household  # noqa: F401  (registers the objects)
 
     chosen = list(REGISTRY) if names is None else list(names)
@@ -203,26 +205,12 @@ def _build_one(name: str, folder: Path, stage: str) -> str:
 
 
 def write_manifest(folder: Path) -> int:
-    """Write the manifest of all complete objects in ``folder``; returns how many there are."""
+    """Write the manifest of all complete objects in ``folder``, and return how many there are."""
     objects = []
     for path in sorted(folder.glob("*/object.json")):
         details = json.loads(path.read_text())
-        keep = (
-            "name",
-            "category",
-            "family",
-            "mass",
-            "material",
-            "friction",
-            "source",
-            "inertia",
-            "extents",
-            "faces",
-            "hulls",
-            "decomposition",
-        )
         files = {f: sha256(path.parent / f) for f in FILES}
-        objects.append({k: details[k] for k in keep} | {"files": files})
+        objects.append({k: details[k] for k in LISTED} | {"files": files})
     lines = ",\n".join("  " + json.dumps(o) for o in objects)
     (folder / MANIFEST).write_text('{"version": 1, "objects": [\n' + lines + "\n]}\n")
     return len(objects)

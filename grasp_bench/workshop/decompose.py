@@ -9,16 +9,16 @@ shipped and hashed, and never made again at run time.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
+import coacd
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.model import Part
 from grasp_bench.workshop.shapes import Mesh, difference, union
-
-Floats = NDArray[np.float64]
 
 MAX_HULLS = 32
 MAX_VERTICES = 64
@@ -44,7 +44,7 @@ class DecompositionError:
 
 
 def _qhull(points: Floats) -> ConvexHull:
-    """Convex hull; nearly coplanar points that defeat Qhull's merging are joggled."""
+    """Compute a convex hull; nearly coplanar points that defeat Qhull's merging are joggled."""
     try:
         return ConvexHull(points)
     except QhullError:
@@ -52,7 +52,7 @@ def _qhull(points: Floats) -> ConvexHull:
 
 
 def reduce_hull(points: Floats, limit: int = MAX_VERTICES) -> Mesh:
-    """Convex hull of (N, 3) points with at most ``limit`` vertices.
+    """Return the convex hull of (N, 3) points with at most ``limit`` vertices.
 
     Starts from the extreme points along the axes and keeps adding the point that lies
     farthest outside, which bounds the deviation and keeps flat faces flat.
@@ -73,10 +73,14 @@ def reduce_hull(points: Floats, limit: int = MAX_VERTICES) -> Mesh:
     return trimesh.convex.convex_hull(corners[chosen])
 
 
-def coacd_hulls(mesh: Mesh, threshold: float) -> list[Mesh]:
-    """CoACD pieces of one watertight mesh, each with at most 64 vertices."""
-    import coacd
+def coacd_pieces(mesh: Mesh, threshold: float, **settings: Any) -> list[Floats]:
+    """Cut a watertight mesh with CoACD and return the vertices (V, 3) of each piece.
 
+    Args:
+        mesh: in millimetres.
+        threshold: greatest concavity of a piece.
+        settings: further ones of ``coacd.run_coacd``.
+    """
     coacd.set_log_level("error")
     pieces = coacd.run_coacd(
         coacd.Mesh(np.asarray(mesh.vertices), np.asarray(mesh.faces)),
@@ -87,15 +91,14 @@ def coacd_hulls(mesh: Mesh, threshold: float) -> list[Mesh]:
         mcts_max_depth=2,
         resolution=1000,
         merge=True,
-        decimate=True,
-        max_ch_vertex=MAX_VERTICES,
         seed=0,
+        **settings,
     )
-    return [reduce_hull(np.asarray(v, dtype=float)) for v, _ in pieces]
+    return [np.asarray(vertices, dtype=float) for vertices, _ in pieces]
 
 
 def decompose(parts: list[Part]) -> list[Mesh]:
-    """Convex hulls of an object, at most :data:`MAX_HULLS` in all, in the parts' units.
+    """Return convex hulls of an object, at most :data:`MAX_HULLS` in all, in the parts' units.
 
     Raises:
         ValueError: when even the coarsest concavity leaves more pieces.
@@ -107,14 +110,15 @@ def decompose(parts: list[Part]) -> list[Mesh]:
                 hulls.append(reduce_hull(np.asarray(part.mesh.vertices)))
             else:
                 wanted = floor if part.threshold is None else max(float(part.threshold), floor)
-                hulls += coacd_hulls(part.mesh, wanted)
+                pieces = coacd_pieces(part.mesh, wanted, decimate=True, max_ch_vertex=MAX_VERTICES)
+                hulls += [reduce_hull(piece) for piece in pieces]
         if len(hulls) <= MAX_HULLS:
             return hulls
     raise ValueError(f"more than {MAX_HULLS} convex pieces even at concavity {THRESHOLDS[-1]}: {len(hulls)}")
 
 
 def compare(solid: Mesh, hulls: list[Mesh]) -> DecompositionError:
-    """How far the union of ``hulls`` strays from ``solid`` (both in metres)."""
+    """Measure how far the union of ``hulls`` strays from ``solid`` (both in metres)."""
     body = union(*hulls)
     # Measured on what the hulls add: faces inside the solid, where parts only touch, do not count.
     added = difference(body, solid)

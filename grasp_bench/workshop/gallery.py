@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 from scipy.spatial import ConvexHull
 
-from grasp_bench.objects.catalog import ObjectModel, ReferenceGrasp, RestingPose
+from grasp_bench.objects.catalog import ObjectModel, ReferenceGrasp
 from grasp_bench.robot.parallel_85 import PARALLEL_85
-from grasp_bench.workshop.pictures import TILE, scene_of, shoot
+from grasp_bench.workshop.pictures import TILE, add_mesh, scene_of, shoot
 
 FINGER = (PARALLEL_85.finger_thickness / 2, PARALLEL_85.finger_width / 2, 0.030)
 """Half sizes of a drawn finger: along the jaws, across them, upwards [m]."""
 SWELL = 0.0007
-"""The drawn pieces stand out by this [m], to be seen on the surface they lie in."""
+"""The drawn pieces stand out by this [m], to be seen on the object's surface."""
 SIDES = ((-28.0, 125.0), (-40.0, 305.0))
 """Elevation, and azimuth from the jaw direction, of the two sides [degrees]: no finger hides the object."""
 UPRIGHT = 0.94
@@ -25,14 +25,14 @@ UPRIGHT = 0.94
 
 
 def gallery_pictures(model: ObjectModel, size: int = TILE) -> list[Image.Image]:
-    """Two pictures (size × size) of the object as it rests: upright if it can be grasped so, else as
-    it most often does where it can.
+    """Draw two pictures (size × size) of the object as it rests: upright if it can be grasped so, else as it
+    most often does where it can.
 
     The first shows it plain, the second, from the other side, under its convex pieces; both with
     the fingers at the best reference grasp, open.
     """
-    pose = next((p for p in model.graspable_poses if _rotation(p)[2, 2] > UPRIGHT), model.graspable_poses[0])
-    rotation, grasp = _rotation(pose), pose.grasps[0]
+    pose = next((p for p in model.graspable_poses if p.rotation[2, 2] > UPRIGHT), model.graspable_poses[0])
+    rotation, grasp = pose.rotation, pose.grasps[0]
     reach = np.vstack([_finger_corners(rotation, grasp, side) for side in (-1, 1)])
     jaws = rotation @ grasp.axis
     pictures = []
@@ -44,33 +44,17 @@ def gallery_pictures(model: ObjectModel, size: int = TILE) -> list[Image.Image]:
         for i, hull in enumerate(model.hulls if hulls else []):
             outwards = hull - hull.mean(0)
             swollen = hull + SWELL * outwards / np.linalg.norm(outwards, axis=1, keepdims=True)
-            spec.add_mesh(
-                name=f"h{i}",
-                uservert=(swollen @ rotation.T * scale).ravel(),
-                userface=ConvexHull(hull).simplices.ravel(),
-                inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX,
-            )
-            spec.worldbody.add_geom(
-                type=mujoco.mjtGeom.mjGEOM_MESH,
-                meshname=f"h{i}",
-                contype=0,
-                conaffinity=0,
-                rgba=[*hsv_to_rgb((0.381966 * i) % 1, 0.7, 0.95), 0.75],
-            )
+            color = (*hsv_to_rgb((0.381966 * i) % 1, 0.7, 0.95), 0.75)
+            faces = ConvexHull(hull).simplices
+            add_mesh(spec, f"h{i}", swollen @ rotation.T * scale, faces, color, convex=True)
         pictures += shoot(spec.compile(), centre, (view,), size)
     return pictures
-
-
-def _rotation(pose: RestingPose) -> NDArray[np.float64]:
-    matrix = np.zeros(9)
-    mujoco.mju_quat2Mat(matrix, pose.quaternion)
-    return matrix.reshape(3, 3)
 
 
 def _place(
     rotation: NDArray[np.float64], grasp: ReferenceGrasp, side: int
 ) -> tuple[NDArray[np.float64], float]:
-    """Middle of a finger in the resting object's axes, about its centre of mass, and its yaw."""
+    """Return the middle of a finger in the resting object's axes, about its centre of mass, and its yaw."""
     axis = rotation @ grasp.axis
     middle = rotation @ grasp.tip + side * (grasp.width / 2 + FINGER[0]) * axis + [0, 0, FINGER[2]]
     return middle, float(np.arctan2(axis[1], axis[0]))
@@ -98,7 +82,7 @@ def _add_finger(
 
 
 def gallery_sheet(models: list[ObjectModel], columns: int = 5, size: int = 150) -> Image.Image:
-    """Contact sheet of :func:`gallery_pictures`, names below."""
+    """Draw a contact sheet of :func:`gallery_pictures`, names below."""
     caption, rows = 14, -(-len(models) // columns)
     sheet = Image.new("RGB", (columns * (2 * size + 6), rows * (size + caption)), "white")
     draw = ImageDraw.Draw(sheet)

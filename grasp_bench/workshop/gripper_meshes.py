@@ -25,7 +25,7 @@ THICK, WIDTH = _mm(PARALLEL_85.finger_thickness), _mm(PARALLEL_85.finger_width)
 
 
 def housing() -> dict[str, s.Mesh]:
-    """Adapter disc, motor body and the rail block with the slot in which the jaws run."""
+    """Make adapter disc, motor body and the rail block with the slot in which the jaws run."""
     adapter = s.prism(s.circle(36, segments=56), 11, 1.0)
     motor = s.move(s.prism(s.rect(84, 60, 14), 66, 2.5), z=10)
     rail = s.move(s.prism(s.rect(*PALM_SIZE, 7), 36, 2.0), z=PALM - 36)
@@ -39,7 +39,7 @@ def housing() -> dict[str, s.Mesh]:
 
 
 def finger() -> dict[str, s.Mesh]:
-    """Left finger (+x side): carriage in the slot, foot, tapering blade, rubber pad."""
+    """Make the left finger (+x side): carriage in the slot, foot, tapering blade, rubber pad."""
     carriage = s.move(s.box(20, 24, 9.8), x=11, z=-9.8)
     side = s.polygon([(PAD[0], 0.3), (20, 0.3), (20, 8), (14.5, 8.6), (12.5, 11), (THICK, 35),
                       (THICK, FINGER - 1), (THICK - 1, FINGER), (PAD[0], FINGER)])
@@ -51,13 +51,13 @@ def finger() -> dict[str, s.Mesh]:
 
 
 def gripper_meshes() -> dict[str, s.Mesh]:
-    """All visual meshes by file stem; the right finger is the left one turned about z."""
+    """Return all visual meshes by file stem; the right finger is the left one turned about z."""
     return {**{f"gripper_{name}": part for name, part in housing().items()},
             **{f"finger_{name}": part for name, part in finger().items()}}
 
 
 def joined(*meshes: s.Mesh) -> s.Mesh:
-    """Separate solids in one mesh, overlaps left as they are: each keeps its own smooth shading."""
+    """Put separate solids into one mesh, overlaps left as they are: each keeps its own smooth shading."""
     first = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
     faces = [mesh.faces + start for mesh, start in zip(meshes, first, strict=False)]
     return s.Mesh(np.vstack([mesh.vertices for mesh in meshes]), np.vstack(faces), process=False)

@@ -17,7 +17,7 @@ class Material:
     """A material an object is made of.
 
     Attributes:
-        density: kg/m³; distributes an object's measured mass over its parts.
+        density: shares an object's measured mass out over its parts [kg/m³].
         friction: sliding friction coefficient against the gripper's rubber pads.
         roughness: 0 (mirror) to 1 (matt); how depth cameras see it.
     """

@@ -40,7 +40,7 @@ class ObjectSpec:
     """A household object: name, true mass and size, and the code that models it.
 
     Attributes:
-        name: unique snake_case name.
+        name: unique, in snake_case.
         category: what it is (mug, pliers, …); at most four objects share one.
         family: one of :data:`FAMILIES`.
         mass: kilograms.

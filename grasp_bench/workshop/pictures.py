@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from colorsys import hsv_to_rgb
-from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 from PIL import Image, ImageDraw
 from scipy.spatial import ConvexHull
 
+from grasp_bench.camera import CameraPose, Intrinsics
 from grasp_bench.errors import GraspBenchError
+from grasp_bench.objects.catalog import ObjectModel, VisualPart
+from grasp_bench.scene.rendering import raycast
 from grasp_bench.system.graphics import with_gl
-
-if TYPE_CHECKING:
-    from grasp_bench.objects.catalog import ObjectModel, VisualPart
 
 TILE = 256
 VIEWS = ((-35.0, 130.0), (-60.0, 220.0))
@@ -24,11 +23,10 @@ VIEWS = ((-35.0, 130.0), (-60.0, 220.0))
 def scene_of(
     parts: list[VisualPart], rotation: np.ndarray, reach: np.ndarray | None = None
 ) -> tuple[mujoco.MjSpec, float, np.ndarray]:
-    """Parts on a light floor, scaled so that the diagonal is 1.
+    """Put parts on a light floor, scaled so that the diagonal is 1.
 
     Args:
-        parts: of the object.
-        rotation: (3, 3) of the object.
+        rotation: (3, 3) by which the parts are turned.
         reach: (N, 3) further points, in the rotated axes, that the pictures must show.
 
     Returns:
@@ -54,22 +52,31 @@ def scene_of(
         pos=[-1.5, -2, 4], dir=[0.35, 0.45, -0.9], diffuse=[0.5, 0.5, 0.5], castshadow=True
     )
     for i, part in enumerate(parts):
-        spec.add_mesh(
-            name=f"p{i}",
-            uservert=(part.vertices @ rotation.T * scale).ravel(),
-            userface=np.asarray(part.faces).ravel(),
-            inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
-        )
-        spec.worldbody.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_MESH, meshname=f"p{i}", rgba=[*part.rgb, 1], contype=0, conaffinity=0
-        )
+        add_mesh(spec, f"p{i}", part.vertices @ rotation.T * scale, part.faces, (*part.rgb, 1))
     return spec, scale, (low + high) / 2 * scale
+
+
+def add_mesh(
+    spec: mujoco.MjSpec,
+    name: str,
+    vertices: np.ndarray,
+    faces: np.ndarray,
+    rgba: tuple[float, float, float, float],
+    convex: bool = False,
+) -> None:
+    """Add a mesh that is only seen: ``vertices`` (V, 3), ``faces`` (F, 3), colour in [0, 1]."""
+    kinds = mujoco.mjtMeshInertia
+    inertia = kinds.mjMESH_INERTIA_CONVEX if convex else kinds.mjMESH_INERTIA_SHELL
+    spec.add_mesh(name=name, uservert=vertices.ravel(), userface=np.ravel(faces), inertia=inertia)
+    spec.worldbody.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, rgba=rgba, contype=0, conaffinity=0
+    )
 
 
 def shoot(
     model: mujoco.MjModel, centre: np.ndarray, views: tuple[tuple[float, float], ...], size: int
 ) -> list[Image.Image]:
-    """Pictures (size × size) of a scene of :func:`scene_of` from each (elevation, azimuth) in degrees.
+    """Take pictures (size × size) of a scene of :func:`scene_of` from each (elevation, azimuth) in degrees.
 
     Raises:
         GraspBenchError: where no OpenGL can be had.
@@ -100,13 +107,10 @@ def render_parts(
     size: int = TILE,
     rotation: np.ndarray | None = None,
 ) -> list[Image.Image]:
-    """Pictures (size × size) of coloured parts from each (elevation, azimuth) in degrees.
+    """Draw pictures (size × size) of coloured parts from each (elevation, azimuth) in degrees.
 
     Args:
-        parts: of the object.
-        views: camera directions.
-        size: edge of a picture in pixels.
-        rotation: (3, 3) of the object before it is put on the floor; upright when None.
+        rotation: (3, 3) by which the object is turned before it is put on the floor; upright when None.
 
     Raises:
         GraspBenchError: where no OpenGL can be had.
@@ -117,38 +121,32 @@ def render_parts(
 
 
 def object_picture(model: ObjectModel, size: int = 2 * TILE) -> Image.Image:
-    """The object from its two standard views, side by side."""
-    sides = render_parts(model.visual, size=size)
-    picture = Image.new("RGB", (2 * size, size))
-    for i, side in enumerate(sides):
-        picture.paste(side, (i * size, 0))
-    return picture
+    """Draw the object from its two standard views, side by side."""
+    return _side_by_side(render_parts(model.visual, size=size), size)
 
 
-def traced_picture(model: ObjectModel, size: int = TILE) -> Image.Image:
-    """The object from its two standard views, and its convex pieces, each in a colour of its own.
-
-    Drawn by MuJoCo's ray caster: needs no OpenGL.
-    """
-    from grasp_bench.objects.catalog import VisualPart
-
-    hulls = [
-        VisualPart(h, ConvexHull(h).simplices, hsv_to_rgb((0.381966 * i) % 1, 0.55, 0.95), 0.5)
-        for i, h in enumerate(model.hulls)
-    ]
-    sides = [traced_parts(model.visual, view, size) for view in VIEWS]
-    sides += [traced_parts(hulls, VIEWS[0], size)]
+def _side_by_side(sides: list[Image.Image], size: int) -> Image.Image:
     picture = Image.new("RGB", (len(sides) * size, size))
     for i, side in enumerate(sides):
         picture.paste(side, (i * size, 0))
     return picture
 
 
-def traced_parts(parts: list[VisualPart], view: tuple[float, float], size: int = TILE) -> Image.Image:
-    """Picture (size × size) of coloured parts from (elevation, azimuth) in degrees, without OpenGL."""
-    from grasp_bench.camera import CameraPose, Intrinsics
-    from grasp_bench.scene.rendering import raycast
+def traced_picture(model: ObjectModel, size: int = TILE) -> Image.Image:
+    """Draw the object from its two standard views, and its convex pieces, each in a colour of its own.
 
+    Drawn by MuJoCo's ray caster: needs no OpenGL.
+    """
+    hulls = [
+        VisualPart(h, ConvexHull(h).simplices, hsv_to_rgb((0.381966 * i) % 1, 0.55, 0.95), 0.5)
+        for i, h in enumerate(model.hulls)
+    ]
+    sides = [traced_parts(model.visual, view, size) for view in VIEWS]
+    return _side_by_side([*sides, traced_parts(hulls, VIEWS[0], size)], size)
+
+
+def traced_parts(parts: list[VisualPart], view: tuple[float, float], size: int = TILE) -> Image.Image:
+    """Draw coloured parts (size × size) from (elevation, azimuth) in degrees, without OpenGL."""
     spec, _, centre = scene_of(parts, np.eye(3))
     model = spec.compile()
     data = mujoco.MjData(model)
@@ -167,7 +165,7 @@ def traced_parts(parts: list[VisualPart], view: tuple[float, float], size: int =
 def contact_sheet(
     models: list[ObjectModel], columns: int = 12, names: bool = True, size: int = TILE // 2
 ) -> Image.Image:
-    """One tile an object, row by row, as the objects were modelled."""
+    """Draw one tile an object, row by row, as the objects were modelled."""
     caption = 14 if names else 0
     rows = -(-len(models) // columns)
     sheet = Image.new("RGB", (columns * size, rows * (size + caption)), "white")

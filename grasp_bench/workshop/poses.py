@@ -18,7 +18,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from grasp_bench.objects.catalog import ObjectModel
+from grasp_bench.objects.catalog import load_details
 from grasp_bench.planning import heightfield
 from grasp_bench.planning.depth import SIDE_CLEARANCE
 from grasp_bench.planning.heightfield import CELL, HeightField
@@ -28,11 +28,10 @@ from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import SceneObject
 from grasp_bench.scene.floating import FloatingGripper, compile_floating
 from grasp_bench.scene.rendering import SHOWN_GROUPS
-
-Floats = NDArray[np.float64]
+from grasp_bench.system.arrays import Floats
 
 REST_VERSION = 3
-"""Raise when resting poses or reference grasps would come out otherwise, so that all are built again."""
+"""Raise this when resting poses or reference grasps would come out differently: all are built again then."""
 SEEN_VERSION = 2
 """The same for what is built with ``seen`` alone."""
 MAX_POSES = 5
@@ -55,7 +54,7 @@ STARS = 1e3
 
 
 def resting_directions(model: SceneObject) -> list[tuple[Floats, float]]:
-    """World-from-object rotations (3, 3) at rest and their probabilities, most probable first."""
+    """Return world-from-object rotations (3, 3) at rest and their probabilities, most probable first."""
     cloud = trimesh.convex.convex_hull(np.vstack(model.hulls))
     transforms, chances = trimesh.poses.compute_stable_poses(
         cloud, center_mass=np.zeros(3), sigma=0, n_samples=1, threshold=0.0, seed=0
@@ -84,7 +83,8 @@ def measure_heights(
     half: float = 0.20,
     groups: NDArray[np.uint8] = SHOWN_GROUPS,
 ) -> HeightField:
-    """Height field of what stands within ``half`` metres of ``centre``, by vertical rays at ``groups``."""
+    """Measure the height field of what stands within ``half`` metres of ``centre``, by vertical rays at
+    ``groups``."""
     count = int(2 * half / CELL)
     origin = (centre[0] - half + CELL / 2, centre[1] - half + CELL / 2)
     x, y = np.meshgrid(origin[0] + CELL * np.arange(count), origin[1] + CELL * np.arange(count))
@@ -121,13 +121,13 @@ def rest(gripper: FloatingGripper, rotation: Floats, model: SceneObject) -> tupl
 def reference_grasps(
     gripper: FloatingGripper, position: Floats, rotation: Floats, seen: bool = False
 ) -> list[dict[str, Any]]:
-    """Grasps of the resting object that held in physics, best first, in the object's frame.
+    """Return grasps of the resting object that held in physics, best first, in the object's frame.
 
     Those down to which the fingers come with room at their sides, and all where none has it.
 
     Args:
-        gripper: with the object at rest.
-        position, rotation: of the object.
+        gripper: parked beside the object at rest.
+        position, rotation: the object's pose in the world, (3,) [m] and (3, 3).
         seen: only grasps for which the jaws open so wide that a camera's image shows it; see
             :func:`opens_visibly`.
     """
@@ -173,7 +173,7 @@ def reference_grasps(
 def has_room(
     grasp: dict[str, Any], field: HeightField, position: Floats, rotation: Floats, gripper: Gripper
 ) -> bool:
-    """Whether the open fingers come down to a reference grasp without meeting anything of ``field``
+    """Return whether the open fingers come down to a reference grasp without meeting anything of ``field``
     within :data:`ROOM_BESIDE` of their sides."""
     tip = rotation @ np.asarray(grasp["tip"]) + position
     axis = rotation @ np.asarray(grasp["axis"])
@@ -185,9 +185,9 @@ def has_room(
 def opens_visibly(
     field: HeightField, tip: Floats, yaw: float, opening: float, gripper: Gripper = PARALLEL_85
 ) -> bool:
-    """Whether at some opening from ``opening`` on, the fingers pass what they grasp with :data:`SEEN_ROOM`
-    to spare: with less, the planner takes the object's edges in a noisy image for the ground under the
-    fingers."""
+    """Return whether at some opening from ``opening`` on, the fingers pass what they grasp with
+    :data:`SEEN_ROOM` to spare: with less, the planner takes the object's edges in a noisy image for the
+    ground under the fingers."""
     axis = np.array([np.cos(yaw), np.sin(yaw)])
     free = max(float(tip[2]), heightfield.TABLE_NOISE)
     for wider in np.arange(opening, gripper.opening + 1e-9, CELL):
@@ -206,8 +206,8 @@ def build_rest(folder: Path, seen: bool = False) -> bool:
     """Write ``object.json`` of an object whose shape stage is done; False when up to date.
 
     Args:
-        folder: of the object.
-        seen: see :func:`reference_grasps`.
+        folder: the object's folder.
+        seen: whether reference grasps must be visible; see :func:`reference_grasps`.
     """
     details = json.loads((folder / "shape.json").read_text())
     version = f"{REST_VERSION}{f'+seen{SEEN_VERSION}' if seen else ''}"
@@ -215,16 +215,7 @@ def build_rest(folder: Path, seen: bool = False) -> bool:
     done = folder / "object.json"
     if done.is_file() and json.loads(done.read_text()).get("rest_fingerprint") == mark:
         return False
-    model = ObjectModel(
-        details["name"],
-        details["category"],
-        folder,
-        details["mass"],
-        np.array(details["inertia"]),
-        details["friction"],
-        (),
-        mark,
-    )
+    model = load_details(folder, details | {"poses": []}, mark)
     scenario = Scenario(name="reference")
     gripper = FloatingGripper(compile_floating(scenario, [model]), scenario)
     poses = []

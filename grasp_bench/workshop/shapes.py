@@ -15,74 +15,24 @@ import manifold3d as m3
 import numpy as np
 import trimesh
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 from shapely.geometry import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
-from grasp_bench.workshop.figures import (
-    Figure,
-    Floats,
-    arc,
-    bezier,
-    circle,
-    ellipse,
-    figures,
-    place,
-    polygon,
-    rect,
-    regular,
-    rounded,
-    spline,
-    star,
-    stroke,
-)
+from grasp_bench.workshop.figures import Figure, Floats, circle, polygon
+from grasp_bench.workshop.figures import arc as arc
+from grasp_bench.workshop.figures import bezier as bezier
+from grasp_bench.workshop.figures import ellipse as ellipse
+from grasp_bench.workshop.figures import figures as figures
+from grasp_bench.workshop.figures import place as place
+from grasp_bench.workshop.figures import rect as rect
+from grasp_bench.workshop.figures import regular as regular
+from grasp_bench.workshop.figures import rounded as rounded
+from grasp_bench.workshop.figures import spline as spline
+from grasp_bench.workshop.figures import star as star
+from grasp_bench.workshop.figures import stroke as stroke
 
 Mesh = trimesh.Trimesh
-__all__ = [
-    "Figure",
-    "Floats",
-    "Mesh",
-    "arc",
-    "bezier",
-    "box",
-    "capsule",
-    "circle",
-    "cone",
-    "cylinder",
-    "deform",
-    "difference",
-    "ellipse",
-    "ellipsoid",
-    "extrude",
-    "figures",
-    "helix",
-    "hull",
-    "intersection",
-    "loft",
-    "mirror",
-    "move",
-    "place",
-    "polygon",
-    "prism",
-    "rect",
-    "regular",
-    "revolve",
-    "ring",
-    "rotate",
-    "rounded",
-    "rounded_box",
-    "scale",
-    "smooth",
-    "sphere",
-    "spin",
-    "spline",
-    "star",
-    "stroke",
-    "superellipsoid",
-    "sweep",
-    "torus",
-    "union",
-    "vessel",
-]
 
 
 # ---------------------------------------------------------------- plumbing
@@ -124,12 +74,12 @@ def _outline(shape: Figure) -> Polygon:
 
 
 def box(x: float, y: float, z: float) -> Mesh:
-    """Box centred on the origin in x and y, standing on z = 0."""
+    """Make a box centred on the origin in x and y, standing on z = 0."""
     return move(trimesh.creation.box((x, y, z)), z=z / 2)
 
 
 def rounded_box(x: float, y: float, z: float, radius: float, segments: int = 3) -> Mesh:
-    """Box with all edges rounded, centred in x and y, standing on z = 0."""
+    """Make a box with all edges rounded, centred in x and y, standing on z = 0."""
     ball = trimesh.creation.uv_sphere(radius, count=(2 * segments + 1, 4 * segments)).vertices
     corner = np.array([x, y, z]) / 2 - radius
     signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, 8).T
@@ -138,29 +88,29 @@ def rounded_box(x: float, y: float, z: float, radius: float, segments: int = 3) 
 
 
 def cylinder(radius: float, height: float, segments: int = 48, top: float | None = None) -> Mesh:
-    """Cylinder (or frustum ending in radius ``top``) standing on z = 0."""
+    """Make a cylinder (or frustum ending in radius ``top``) standing on z = 0."""
     end = radius if top is None else top
     return _from_manifold(m3.Manifold.cylinder(height, radius, end, segments))
 
 
 def cone(radius: float, height: float, segments: int = 48) -> Mesh:
-    """Cone standing on z = 0 with its apex at ``height``."""
+    """Make a cone standing on z = 0 with its apex at ``height``."""
     return cylinder(radius, height, segments, top=0.0)
 
 
 def sphere(radius: float, segments: int = 32) -> Mesh:
-    """Ball about the origin."""
+    """Make a ball about the origin."""
     return _from_manifold(m3.Manifold.sphere(radius, segments))
 
 
 def ellipsoid(rx: float, ry: float, rz: float, segments: int = 32) -> Mesh:
-    """Ellipsoid about the origin."""
+    """Make an ellipsoid about the origin."""
     return scale(sphere(1.0, segments), rx, ry, rz)
 
 
 def superellipsoid(rx: float, ry: float, rz: float, e1: float, e2: float, segments: int = 32) -> Mesh:
-    """Superellipsoid with exponents ``e1`` (vertical) and ``e2`` (horizontal); 1 is an
-    ellipsoid, towards 0 a box, towards 2 an octahedron (Barr 1981)."""
+    """Make a superellipsoid with exponents ``e1`` (vertical) and ``e2`` (horizontal); 1 is an ellipsoid,
+    towards 0 a box, towards 2 an octahedron (Barr 1981)."""
     ball = sphere(1.0, segments)
     v = np.asarray(ball.vertices)
     phi = np.arcsin(np.clip(v[:, 2], -1, 1))
@@ -177,13 +127,13 @@ def superellipsoid(rx: float, ry: float, rz: float, e1: float, e2: float, segmen
 
 
 def capsule(radius: float, length: float, segments: int = 24) -> Mesh:
-    """Capsule along z, ``length`` between the centres of its end caps, lower centre at 0."""
+    """Make a capsule along z, ``length`` between the centres of its end caps, lower centre at 0."""
     ball = sphere(radius, segments)
     return hull(ball, move(ball, z=length))
 
 
 def torus(major: float, minor: float, segments: int = 48, sides: int = 16) -> Mesh:
-    """Torus about z."""
+    """Make a torus about z."""
     return revolve(circle(minor, x=major, segments=sides), segments=segments)
 
 
@@ -202,7 +152,7 @@ def extrude(shape: Figure, height: float, *, twist: float = 0.0, taper: float = 
 
 
 def prism(shape: Figure, height: float, bevel: float) -> Mesh:
-    """Extruded *convex* figure with its top and bottom edges chamfered by ``bevel``."""
+    """Extrude a *convex* figure, with its top and bottom edges chamfered by ``bevel``."""
     outline = _outline(shape)
     inset = np.asarray(outline.buffer(-bevel).exterior.coords)[:-1]
     full = np.asarray(outline.exterior.coords)[:-1]
@@ -220,7 +170,7 @@ def revolve(profile: Figure, segments: int = 48, angle: float = 360.0) -> Mesh:
 
 
 def vessel(profile: ArrayLike, wall: float, floor: float | None = None, segments: int = 48) -> Mesh:
-    """Open hollow body: the outer profile of (r, z) points from foot to rim, wall inside.
+    """Make an open hollow body: the outer profile of (r, z) points from foot to rim, wall inside.
 
     The cavity is the profile moved inwards by ``wall``, cut off ``floor`` (default
     ``wall``) above the lowest point and open at the top.
@@ -248,12 +198,12 @@ def vessel(profile: ArrayLike, wall: float, floor: float | None = None, segments
 
 
 def ring(outer: float, inner: float, height: float, segments: int = 48) -> Mesh:
-    """Flat ring (tube) standing on z = 0."""
+    """Make a flat ring (tube) standing on z = 0."""
     return extrude(circle(outer, segments=segments).difference(circle(inner, segments=segments)), height)
 
 
 def loft(rings: Sequence[ArrayLike], closed: bool = False) -> Mesh:
-    """Skin over cross-sections, each (N, 3) with the same N and sense of rotation.
+    """Make a skin over cross-sections, each (N, 3) with the same N and sense of rotation.
 
     ``closed`` joins the last ring to the first; otherwise star-shaped end caps are added.
     """
@@ -326,7 +276,7 @@ def sweep(
 
 
 def helix(radius: float, pitch: float, turns: float, per_turn: int = 16) -> Floats:
-    """Path (N, 3) of a helix about z, starting at z = 0."""
+    """Return the path (N, 3) of a helix about z, starting at z = 0."""
     t = np.linspace(0, 2 * np.pi * turns, int(per_turn * turns) + 1)
     return np.column_stack([radius * np.cos(t), radius * np.sin(t), pitch * t / (2 * np.pi)])
 
@@ -335,45 +285,43 @@ def helix(radius: float, pitch: float, turns: float, per_turn: int = 16) -> Floa
 
 
 def union(*meshes: Mesh) -> Mesh:
-    """Boolean union."""
+    """Unite solids."""
     return _from_manifold(m3.Manifold.batch_boolean([_to_manifold(m) for m in meshes], m3.OpType.Add))
 
 
 def difference(body: Mesh, *tools: Mesh) -> Mesh:
-    """``body`` minus every tool."""
+    """Cut every tool out of ``body``."""
     return _from_manifold(
         m3.Manifold.batch_boolean([_to_manifold(m) for m in (body, *tools)], m3.OpType.Subtract)
     )
 
 
 def intersection(first: Mesh, second: Mesh) -> Mesh:
-    """Common volume of two solids."""
+    """Return the common volume of two solids."""
     return _from_manifold(_to_manifold(first) ^ _to_manifold(second))
 
 
 def hull(*meshes: Mesh) -> Mesh:
-    """Convex hull of all meshes together."""
+    """Return the convex hull of all meshes together."""
     return trimesh.convex.convex_hull(np.vstack([m.vertices for m in meshes]))
 
 
 def move(mesh: Mesh, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Mesh:
-    """Translated copy."""
+    """Return a translated copy."""
     return Mesh(np.asarray(mesh.vertices) + [x, y, z], mesh.faces, process=False)
 
 
 def rotate(
     mesh: Mesh, x: float = 0.0, y: float = 0.0, z: float = 0.0, about: Sequence[float] = (0, 0, 0)
 ) -> Mesh:
-    """Copy rotated about the fixed axes x, then y, then z (degrees) through ``about``."""
-    from scipy.spatial.transform import Rotation
-
+    """Return a copy rotated about the fixed axes x, then y, then z (degrees) through ``about``."""
     r = Rotation.from_euler("xyz", [x, y, z], degrees=True).as_matrix()
     pivot = np.asarray(about, dtype=float)
     return Mesh((np.asarray(mesh.vertices) - pivot) @ r.T + pivot, mesh.faces, process=False)
 
 
 def scale(mesh: Mesh, x: float, y: float | None = None, z: float | None = None) -> Mesh:
-    """Copy scaled about the origin; one factor scales all axes."""
+    """Return a copy scaled about the origin; one factor scales all axes."""
     y, z = x if y is None else y, x if z is None else z
     new = Mesh(np.asarray(mesh.vertices) * [x, y, z], mesh.faces, process=False)
     if x * y * z < 0:
@@ -382,18 +330,18 @@ def scale(mesh: Mesh, x: float, y: float | None = None, z: float | None = None) 
 
 
 def mirror(mesh: Mesh, axis: str = "x") -> Mesh:
-    """Mirrored copy, through the plane normal to ``axis``."""
+    """Return a mirrored copy, through the plane normal to ``axis``."""
     factors = {a: -1.0 if a == axis else 1.0 for a in "xyz"}
     return scale(mesh, factors["x"], factors["y"], factors["z"])
 
 
 def spin(mesh: Mesh, copies: int, about_z: float = 360.0) -> list[Mesh]:
-    """``copies`` rotated about z, evenly over ``about_z`` degrees."""
+    """Return ``copies`` rotated about z, evenly over ``about_z`` degrees."""
     return [rotate(mesh, z=i * about_z / copies) for i in range(copies)]
 
 
 def smooth(mesh: Mesh, iterations: int = 5) -> Mesh:
-    """Laplacian (Taubin) smoothing, after subdividing coarse meshes once."""
+    """Smooth a mesh (Laplacian, Taubin), after subdividing coarse meshes once."""
     new = mesh.subdivide() if len(mesh.faces) < 1500 else mesh.copy()
     new.merge_vertices()
     trimesh.smoothing.filter_taubin(new, iterations=iterations)
@@ -401,7 +349,8 @@ def smooth(mesh: Mesh, iterations: int = 5) -> Mesh:
 
 
 def deform(mesh: Mesh, f: Callable[[Floats], Floats], max_edge: float | None = None) -> Mesh:
-    """Copy with its vertices (N, 3) mapped by ``f``; edges longer than ``max_edge`` are split first."""
+    """Return a copy with its vertices (N, 3) mapped by ``f``; edges longer than ``max_edge`` are split
+    first."""
     if max_edge is not None:
         solid = _to_manifold(mesh).refine_to_length(max_edge)
         mesh = _from_manifold(solid)

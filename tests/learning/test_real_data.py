@@ -18,10 +18,10 @@ from grasp_bench.learning.data.framing import Frame, framed
 from grasp_bench.learning.data.jacquard import Jacquard, corners_from_rows, row_from_grasp
 from grasp_bench.learning.data.levelling import levelled, table_surface
 from grasp_bench.learning.data.opening import open_collection
+from grasp_bench.learning.data.real import RealScenes, scene_from_sample
 from grasp_bench.learning.training.augment import View, crop_scene
 from grasp_bench.learning.training.batches import make_batch
 from grasp_bench.learning.training.config import TrainConfig
-from grasp_bench.learning.training.real import RealScenes, scene_from_sample
 from grasp_bench.learning.training.sources import Mixture, Source, gather
 from grasp_bench.networks.encoding import encode_depth
 

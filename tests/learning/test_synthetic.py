@@ -20,8 +20,8 @@ from grasp_bench.grasps import Grasp, angle_difference
 from grasp_bench.learning.data import generate, random_solids, synthetic
 from grasp_bench.learning.data.candidates import SOURCES
 from grasp_bench.learning.data.random_shapes import RandomObject, assemble, random_object
+from grasp_bench.learning.data.scenes import DEPTH_UNIT, load_scenes
 from grasp_bench.learning.data.synthetic import SynthConfig, make_scene, record
-from grasp_bench.learning.training.dataset import DEPTH_UNIT, load_scenes
 from grasp_bench.planning.depth import grasp_pose
 from grasp_bench.planning.seen import SeenScene
 from grasp_bench.scenario.reading import load_scenario

@@ -17,9 +17,9 @@ from test_training import FAST, folder  # noqa: F401 (eight synthetic scenes)
 
 from grasp_bench.cli.train import read_settings, train_command
 from grasp_bench.errors import AssetError
+from grasp_bench.learning.data.scenes import SceneSet, load_scenes
 from grasp_bench.learning.training.card import model_card, provenance, training_command
 from grasp_bench.learning.training.config import TrainConfig
-from grasp_bench.learning.training.dataset import SceneSet, load_scenes
 from grasp_bench.learning.training.loop import CHECKPOINT, Trained, train
 from grasp_bench.learning.training.sources import Source
 from grasp_bench.learning.training.validate import Accuracy

@@ -16,10 +16,10 @@ from typer.testing import CliRunner
 from grasp_bench.cli.train import train_command
 from grasp_bench.errors import AssetError, GraspBenchError
 from grasp_bench.grasps import Grasp, GraspMaps, angle_difference
+from grasp_bench.learning.data.scenes import Scene, load_scene, load_scenes
 from grasp_bench.learning.training.augment import View, crop_scene, jitter_colour, jitter_depth, random_view
 from grasp_bench.learning.training.batches import make_batch, scenes_of_step
 from grasp_bench.learning.training.config import TrainConfig
-from grasp_bench.learning.training.dataset import Scene, load_scene, load_scenes
 from grasp_bench.learning.training.loop import CHECKPOINT, train
 from grasp_bench.learning.training.loss import grasp_loss
 from grasp_bench.learning.training.validate import is_hit, validate
@@ -53,17 +53,11 @@ def draw_scene(grasps: list[Grasp], name: str = "0", seed: int = 0) -> Scene:
     )
 
 
-def store_scene(path: Path, scene: Scene) -> None:
-    np.savez_compressed(
-        path,
-        rgb=scene.rgb,
-        depth=scene.depth,
-        depth_true=scene.depth,
-        quality=scene.quality,
-        angle=scene.angle,
-        width=scene.width,
-        grasps=scene.grasps,
-    )
+def store_scene(path: Path, scene: Scene, **spoilt: np.ndarray) -> None:
+    """Write a scene, some of its arrays replaced."""
+    names = ("rgb", "depth", "quality", "angle", "width", "grasps")
+    arrays = {name: getattr(scene, name) for name in names} | {"depth_true": scene.depth}
+    np.savez_compressed(path, **(arrays | spoilt))  # type: ignore[arg-type]
 
 
 @pytest.fixture(scope="module")
@@ -265,42 +259,15 @@ def spoil_truncated(path: Path) -> None:
 
 
 def spoil_pickled(path: Path) -> None:
-    scene = draw_scene([])
-    np.savez(
-        path,
-        rgb=np.array([print], dtype=object),
-        depth=scene.depth,
-        quality=scene.quality,
-        angle=scene.angle,
-        width=scene.width,
-        grasps=scene.grasps,
-    )
+    store_scene(path, draw_scene([]), rgb=np.array([print], dtype=object))
 
 
 def spoil_shape(path: Path) -> None:
-    scene = draw_scene([])
-    np.savez(
-        path,
-        rgb=scene.rgb[:100],
-        depth=scene.depth,
-        quality=scene.quality,
-        angle=scene.angle,
-        width=scene.width,
-        grasps=scene.grasps,
-    )
+    store_scene(path, draw_scene([]), rgb=draw_scene([]).rgb[:100])
 
 
 def spoil_nan(path: Path) -> None:
-    scene = draw_scene([])
-    np.savez(
-        path,
-        rgb=scene.rgb,
-        depth=scene.depth,
-        quality=scene.quality,
-        angle=scene.angle * np.float16("nan"),
-        width=scene.width,
-        grasps=scene.grasps,
-    )
+    store_scene(path, draw_scene([]), angle=draw_scene([]).angle * np.float16("nan"))
 
 
 def spoil_missing(path: Path) -> None:
@@ -317,15 +284,8 @@ def spoil_text(path: Path) -> None:
 
 def spoil_small(path: Path) -> None:
     scene, part = draw_scene([]), np.s_[:64, :64]
-    np.savez(
-        path,
-        rgb=scene.rgb[part],
-        depth=scene.depth[part],
-        quality=scene.quality[part],
-        angle=scene.angle[part],
-        width=scene.width[part],
-        grasps=scene.grasps,
-    )
+    maps = ("rgb", "depth", "quality", "angle", "width")
+    store_scene(path, scene, **{name: getattr(scene, name)[part] for name in maps})
 
 
 @pytest.mark.parametrize(

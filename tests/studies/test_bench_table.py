@@ -21,8 +21,8 @@ from grasp_bench.grasps import angle_difference
 from grasp_bench.learning.data.export import FINGER, export_jacquard, heights
 from grasp_bench.learning.data.generate import generate
 from grasp_bench.learning.data.opening import open_collection
+from grasp_bench.learning.data.scenes import load_scenes
 from grasp_bench.learning.data.synthetic import SynthConfig
-from grasp_bench.learning.training.dataset import load_scenes
 from grasp_bench.learning.training.log import training_seconds
 from grasp_bench.predictors import load_predictor
 from grasp_bench.predictors.shipped import SHIPPED

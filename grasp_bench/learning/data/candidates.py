@@ -17,8 +17,8 @@ from grasp_bench.planning import heightfield
 from grasp_bench.planning.heightfield import CELL, GraspField, HeightField, maxima
 from grasp_bench.scene.floating import FloatingGripper
 from grasp_bench.scene.rendering import SHOWN_GROUPS
+from grasp_bench.system.arrays import Floats
 
-Floats = NDArray[np.float64]
 Rng = np.random.Generator
 Jaws = tuple[int, int, float]
 """Row and column of the centre's cell, and jaw direction [rad]."""
@@ -55,11 +55,9 @@ def propose(
     """Draw about ``count`` candidates of all :data:`SOURCES`; fewer where there is little to grasp.
 
     Args:
-        gripper: beside the scene at rest.
-        found: analysis of ``field``.
-        field: true heights.
-        count: candidates wanted.
-        rng: draws them.
+        gripper: parked beside the scene at rest.
+        found: what the analysis of ``field`` gave.
+        field: true heights of the scene.
     """
     wanted = [round(count * share) for share in SHARES]
     best = _apart(maxima(found, 100, threshold=LEAST_QUALITY), [], wanted[0])
@@ -85,16 +83,8 @@ def propose(
     def column(name: str) -> Floats:
         return np.concatenate([getattr(found, name)[own_cells], *(g[name] for g in graded)]).astype(float)
 
-    return Candidates(
-        rows,
-        columns,
-        yaw,
-        column("opening"),
-        column("tip"),
-        column("top"),
-        column("quality"),
-        np.array(source, np.int8),
-    )
+    values = map(column, ("opening", "tip", "top", "quality"))
+    return Candidates(rows, columns, yaw, *values, source=np.array(source, np.int8))
 
 
 def _apart(cells: list[tuple[int, int]], chosen: list[tuple[int, int]], count: int) -> list[tuple[int, int]]:

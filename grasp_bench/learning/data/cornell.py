@@ -25,6 +25,7 @@ from grasp_bench.learning.data.rectangles import (
     Collection,
     Entry,
     Sample,
+    complete,
     read_depth,
     read_numbers,
     read_rgb,
@@ -47,7 +48,7 @@ class Cornell(Collection):
     def open(cls, root: Path) -> Cornell:
         """Find what ``root`` holds."""
         objects = _object_ids(root)
-        entries, missing = [], []
+        entries = []
         for labels in sorted(root.rglob("pcd*cpos.txt"), key=lambda p: p.name):
             found = _LABELS.match(labels.name)
             if found is None:
@@ -55,11 +56,8 @@ class Cornell(Collection):
             number = found[1]
             rgb, tiff, cloud = (labels.with_name(f"pcd{number}{end}") for end in ("r.png", "d.tiff", ".txt"))
             depth = tiff if tiff.is_file() or not cloud.is_file() else cloud
-            absent = [p.relative_to(root).as_posix() for p in (rgb, depth) if not p.is_file()]
-            missing += absent
-            if not absent:
-                entries.append(Entry(f"pcd{number}", objects.get(int(number)), labels, rgb, depth))
-        return cls(root, entries, missing, window=320)
+            entries.append(Entry(f"pcd{number}", objects.get(int(number)), labels, rgb, depth))
+        return cls(root, *complete(root, entries), window=320)
 
     def load(self, entry: Entry) -> Sample:
         """Read one sample; AssetError names a file that is damaged."""

@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 from grasp_bench.errors import AssetError, GraspBenchError
 from grasp_bench.grasps import Grasp
 from grasp_bench.learning.data.jacquard import row_from_grasp
-from grasp_bench.learning.training.dataset import load_scene, read_index, unpacked
+from grasp_bench.learning.data.scenes import load_scene, read_index, unpacked
 from grasp_bench.robot.parallel_85 import PARALLEL_85
-
-Floats = NDArray[np.float64]
+from grasp_bench.system.arrays import Floats
 
 SIZE = 1024
 """Side of Jacquard's images; trainers of the GG-CNN lineage take it for granted [px]."""
@@ -34,10 +33,10 @@ def export_jacquard(folder: Path, out: Path, size: int = SIZE, limit: int | None
     """Write the scenes of ``folder`` that have grasps into ``out``.
 
     Args:
-        folder: made by `grasp-bench data synth`.
+        folder: data set made by `grasp-bench data synth`.
         out: folder to make or to add to; finished scenes there are kept.
         size: side of the images [px].
-        limit: scenes at most.
+        limit: greatest number of scenes written; None for all.
 
     Returns:
         scenes in ``out`` after all, and scenes left out because nothing held in them.
@@ -108,7 +107,7 @@ def heights(depth: NDArray[np.float32], intrinsics: Floats, rotation: Floats, po
     """Return the (S, S) height above the table [m] of what each pixel sees.
 
     Args:
-        depth: z-depth [m].
+        depth: (S, S) z-depth [m].
         intrinsics: fx, fy, cx, cy [px].
         rotation, position: of the camera in the world; columns of the rotation are camera axes.
     """

@@ -34,12 +34,12 @@ def make_folds(objects: Sequence[str | None], count: int, split: Split, seed: in
 
     Args:
         objects: what each sample shows, in the collection's order; None where it is unknown.
-        count: of folds.
+        count: number of test sets.
         split: 'image' parts at random, so that other views of a test object may be trained on.
             'object' keeps all views of an object together where every object is known;
             otherwise it makes contiguous blocks of the sorted samples, in which an object can be
             on both sides only where two blocks meet.
-        seed: of the random order of images or objects.
+        seed: makes the random order of images or objects.
 
     Raises:
         GraspBenchError: when there are fewer samples or objects than folds.

@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from grasp_bench.learning.data.levelling import levelled
 from grasp_bench.learning.data.rectangles import Sample
-
-Floats = NDArray[np.float64]
+from grasp_bench.system.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -76,8 +75,8 @@ class Framed:
     Attributes:
         rgb: (S, S, 3) uint8.
         depth: (S, S) float32 metres, level, 0 = invalid.
-        rectangles: (N, 4, 2) in pixels of the frame; some may lie outside.
-        frame: where it was cut.
+        rectangles: (N, 4, 2) in pixels of the frame; some may be outside.
+        frame: the square of the image that is shown.
     """
 
     rgb: NDArray[np.uint8]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import platform
+import zipfile
 from collections.abc import Callable
 from concurrent.futures import Future, as_completed
 from dataclasses import asdict, dataclass
@@ -12,9 +14,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pebble import ProcessPool
 
 from grasp_bench.errors import GraspBenchError
-from grasp_bench.learning.training.dataset import INDEX
+from grasp_bench.learning.data.scenes import INDEX
 from grasp_bench.system.graphics import without_gl
 from grasp_bench.system.integrity import write_whole
 from grasp_bench.system.machine import THREADS
@@ -24,13 +27,13 @@ if TYPE_CHECKING:
     from grasp_bench.learning.data.synthetic import SynthConfig
 
 FORMAT = 2
-"""Raise when the same seed would give other scenes."""
+"""Raise this when the same seed would give other scenes."""
 TIMEOUT = 60
 """Seconds after which a scene is given up."""
 VALIDATION = 20
-"""One scene in so many is for validation."""
+"""One scene in this many is for validation."""
 SAVE_EVERY = 250
-"""Scenes after which the index is written anew, so that training may begin."""
+"""Number of scenes after which the index is written, so that training may begin."""
 Entry = dict[str, Any]
 
 
@@ -53,19 +56,17 @@ def generate(
     """Generate scenes 0 … ``scenes`` − 1 into ``out``, keeping those already there.
 
     Args:
-        out: folder of the data set.
-        scenes: how many it shall have.
-        seed: of the set.
-        config: parameters; must be those of the scenes already there.
-        workers: processes.
+        out: folder of the data set, made where it is missing.
+        scenes: number of scenes the data set is to have.
+        seed: together with a scene's number it determines the scene.
+        config: parameters; they must be those of the scenes already there.
+        workers: number of processes.
         report: called with each scene's index entry, or None for one that failed, and whether it was
             made now.
 
     Raises:
         GraspBenchError: when the folder was generated with another seed or parameters.
     """
-    from pebble import ProcessPool
-
     without_gl()
     (out / "scenes").mkdir(parents=True, exist_ok=True)
     _check_config(out, seed, config)
@@ -115,8 +116,6 @@ def _file(index: int) -> str:
 
 def _entry(out: Path, index: int, seed: int) -> Entry | None:
     """Return the index entry of a stored scene, None when it is missing or does not load."""
-    import zipfile
-
     try:
         with np.load(out / _file(index), allow_pickle=False) as file:
             tried, objects = file["tried"], int(file["objects"])
@@ -135,8 +134,6 @@ def _entry(out: Path, index: int, seed: int) -> Entry | None:
 
 def _produce(out: Path, index: int, seed: int, config: SynthConfig) -> Entry:
     """Make and store one scene (in a worker)."""
-    import io
-
     import cv2
 
     from grasp_bench.learning.data.synthetic import make_scene

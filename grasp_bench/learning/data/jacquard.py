@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grasp_bench.errors import UnknownNameError
 from grasp_bench.grasps import Grasp
@@ -20,14 +19,15 @@ from grasp_bench.learning.data.rectangles import (
     Collection,
     Entry,
     Sample,
+    complete,
     read_depth,
     read_numbers,
     read_rgb,
     without_nan,
 )
 from grasp_bench.runs.evaluation import DatasetName
+from grasp_bench.system.arrays import Floats
 
-Floats = NDArray[np.float64]
 ENDING = "grasps.txt"
 DEPTHS = ("perfect", "stereo")
 
@@ -48,27 +48,19 @@ class Jacquard(Collection):
         """
         if depth not in DEPTHS:
             raise UnknownNameError("Jacquard depth", depth, DEPTHS)
-        entries, missing = [], []
+        entries = []
         for labels in sorted(root.rglob(f"*{ENDING}")):
             prefix = labels.name.removesuffix(ENDING)
             rgb, tiff = (labels.with_name(prefix + end) for end in ("RGB.png", f"{depth}_depth.tiff"))
-            absent = [p.relative_to(root).as_posix() for p in (rgb, tiff) if not p.is_file()]
-            missing += absent
-            if not absent:
-                entries.append(
-                    Entry(_name(labels, prefix, root), _object(labels, prefix, root), labels, rgb, tiff)
-                )
-        return cls(root, entries, missing, window=1024)
+            name = prefix.rstrip("_") or labels.parent.relative_to(root).as_posix()
+            entries.append(Entry(name, _object(labels, prefix, root), labels, rgb, tiff))
+        return cls(root, *complete(root, entries), window=1024)
 
     def load(self, entry: Entry) -> Sample:
         """Read one sample; AssetError names a file that is damaged."""
         rectangles, dropped = without_nan(corners_from_rows(read_numbers(entry.labels, 5, ";")))
         rgb = read_rgb(entry.rgb)
         return Sample(entry.name, rgb, read_depth(entry.depth, rgb.shape[:2]), rectangles, dropped)
-
-
-def _name(labels: Path, prefix: str, root: Path) -> str:
-    return prefix.rstrip("_") or labels.parent.relative_to(root).as_posix()
 
 
 def _object(labels: Path, prefix: str, root: Path) -> str | None:

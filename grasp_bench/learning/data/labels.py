@@ -16,8 +16,8 @@ from grasp_bench.camera import CameraPose, Intrinsics
 from grasp_bench.learning.data.candidates import Candidates
 from grasp_bench.planning.heightfield import CELL, GraspField, HeightField, balance
 from grasp_bench.scene.rendering import Picture
+from grasp_bench.system.arrays import Floats
 
-Floats = NDArray[np.float64]
 Arrays = dict[str, NDArray]
 
 NEAR, ALIKE = 0.008, np.radians(15)
@@ -67,9 +67,9 @@ def balanced(
     """Grade each cell for the centre of mass of the object there, or of the nearest one seen.
 
     Args:
-        found: analysed for one centre of mass, that of ``field``.
-        field: true heights.
-        view: of the image.
+        found: analysis for one centre of mass, that of ``field``.
+        field: true heights of the scene.
+        view: the stored part of the camera's image.
         owner: (S, S) number of the object that each pixel shows, −1 for none.
         centres: (objects, 2) centres of mass [m].
     """

@@ -19,7 +19,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from grasp_bench.system.arrays import Floats
+
 Depth = NDArray[np.float32]
 
 DEGREE = 2

@@ -1,4 +1,4 @@
-"""Copies of Cornell and Jacquard, told apart by their files."""
+"""Opens copies of Cornell and Jacquard, which differ in their files."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from grasp_bench.runs.evaluation import DatasetName
 
 
 def open_collection(root: Path, name: DatasetName | None = None, depth: str = "perfect") -> Collection:
-    """Find the Cornell or Jacquard copy in ``root``; which of them is told by its files unless named.
+    """Find the Cornell or Jacquard copy in ``root``; its files tell which of them unless it is named.
 
     Args:
-        root: folder of a full copy or a part; images may lie in folders below.
+        root: folder of a full copy or a part; images may be in folders below.
         name: data set that must be there.
-        depth: of Jacquard: 'perfect' (rendered) or 'stereo' (with a simulated sensor's errors).
+        depth: which of Jacquard's is read: 'perfect' (rendered) or 'stereo' (with a simulated sensor's
+            errors).
 
     Raises:
         AssetError: when there is no complete sample.

@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 
 from grasp_bench.errors import AssetError
 from grasp_bench.learning.data.opening import open_collection
-from grasp_bench.learning.training.dataset import Scene, is_generated, load_scene, read_index
-from grasp_bench.learning.training.real import RealScenes
+from grasp_bench.learning.data.real import RealScenes
+from grasp_bench.learning.data.scenes import Scene, is_generated, load_scene, read_index
 
 CROP = 224
 """Side of the network's input for which real images are framed [px]."""
 
 
 def sample_sheet(folder: Path, count: int, out: Path) -> list[str]:
-    """Draw ``count`` scenes spread over the data set in ``folder`` into a PNG; returns their names.
+    """Draw ``count`` scenes spread over the data set in ``folder`` into a PNG, and return their names.
 
     Images of a Cornell or Jacquard copy are drawn as the scenes that training makes of them.
 

@@ -14,19 +14,19 @@ from typing import cast
 
 import numpy as np
 import shapely
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 from shapely.geometry import MultiPoint, Polygon
 from shapely.geometry.base import BaseGeometry
 
+from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop import shapes
 from grasp_bench.workshop.shapes import Mesh
 
-Floats = NDArray[np.float64]
 Rng = np.random.Generator
 
 SEGMENTS = 24
-"""Sides of round things."""
+"""Number of sides of round solids."""
 SECTORS = 12
 """Convex pieces around the wall of a vessel."""
 MERGE = 1.04

@@ -8,6 +8,7 @@ pixels (edge of the image = 0), their first edge along the jaws' opening directi
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,8 +19,7 @@ from numpy.typing import NDArray
 from grasp_bench.errors import AssetError
 from grasp_bench.grasps import Grasp
 from grasp_bench.runs.evaluation import DatasetName
-
-Floats = NDArray[np.float64]
+from grasp_bench.system.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -27,11 +27,11 @@ class Sample:
     """One labelled image.
 
     Attributes:
-        name: of the image, unique in its collection.
+        name: identifies the image in its collection.
         rgb: (H, W, 3) uint8.
-        depth: (H, W) float32 metres, 0 where invalid. In which sense differs between data
+        depth: (H, W) float32 metres, 0 where invalid. What it is measured from differs between data
             sets (see their modules); :func:`grasp_bench.learning.data.levelling.levelled` makes them alike.
-        rectangles: (N, 4, 2) of good grasps.
+        rectangles: (N, 4, 2) corners of the labelled good grasps [px].
         dropped: labelled rectangles that were left out because they hold NaN.
     """
 
@@ -48,12 +48,12 @@ class Sample:
 
 @dataclass(frozen=True)
 class Entry:
-    """Where one sample lies.
+    """The files of one sample.
 
     Attributes:
-        name: of the sample.
+        name: identifies the sample in its collection.
         object: what it shows, by the copy's own identifiers; None where the copy has none.
-        labels, rgb, depth: files.
+        labels, rgb, depth: the files it is read from.
     """
 
     name: str
@@ -68,11 +68,11 @@ class Collection(ABC):
     """A copy of a data set, whole or in part.
 
     Attributes:
-        root: folder.
+        root: folder of the copy.
         entries: complete samples, in order of their names.
         missing: files without which a labelled sample is incomplete, relative to ``root``.
         window: side of the square about the image's middle that is looked at [px]. Fixed for
-            each data set, so that nothing is known of where the object lies.
+            each data set, so that it does not depend on where the object is.
     """
 
     root: Path
@@ -106,6 +106,17 @@ class Collection(ABC):
             shown = ", ".join(self.missing[:5]) + (", …" if len(self.missing) > 5 else "")
             text += f" Incomplete samples left out, {len(self.missing)} files missing: {shown}."
         return text
+
+
+def complete(root: Path, found: Iterable[Entry]) -> tuple[list[Entry], list[str]]:
+    """Return the entries whose images are there, and the files that others lack, relative to ``root``."""
+    entries, missing = [], []
+    for entry in found:
+        absent = [p.relative_to(root).as_posix() for p in (entry.rgb, entry.depth) if not p.is_file()]
+        missing += absent
+        if not absent:
+            entries.append(entry)
+    return entries, missing
 
 
 # ---------------------------------------------------------------- reading

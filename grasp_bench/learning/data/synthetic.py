@@ -3,7 +3,7 @@
 Labels come from the same analysis of true heights that finds reference grasps; good, poor and
 wrong grasps are tried with the floating gripper, and what physics refutes is marked down. A scene
 depends on (seed, index) and the parameters only. The format is that of
-:mod:`grasp_bench.learning.training.dataset`, plus
+:mod:`grasp_bench.learning.data.scenes`, plus
 
     depth_true  uint16  (S, S)    0.1 mm, without noise
     tried       float32 (M, 6)    x, y [px], angle [rad], width [px], quality by analysis, held
@@ -30,7 +30,7 @@ from grasp_bench.errors import GraspBenchError
 from grasp_bench.learning.data import labels
 from grasp_bench.learning.data.candidates import Candidates, propose
 from grasp_bench.learning.data.random_shapes import RandomObject, random_color, random_object
-from grasp_bench.learning.training.dataset import packed
+from grasp_bench.learning.data.scenes import packed
 from grasp_bench.planning import heightfield
 from grasp_bench.planning.heightfield import CELL, HeightField
 from grasp_bench.scenario.reading import load_scenario
@@ -39,9 +39,9 @@ from grasp_bench.scene.builder import TABLE
 from grasp_bench.scene.floating import QUICK, FloatingGripper, compile_floating
 from grasp_bench.scene.rendering import Picture, raycast
 from grasp_bench.scene.sensor import sense
+from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.poses import measure_heights
 
-Floats = NDArray[np.float64]
 Rng = np.random.Generator
 Arrays = dict[str, NDArray]
 
@@ -62,7 +62,7 @@ class SynthConfig:
         size: side of the stored middle of the image [px].
         several: share of scenes with two or three objects.
         spread: half side of the square in which objects are put [m].
-        tries: grasps tried in physics per scene.
+        tries: number of grasps tried in physics per scene.
         refuted: factor on the quality of what failed in physics.
         hopeless: share of the scenes without a grasp that held which is kept.
     """
@@ -125,14 +125,14 @@ def _noisier(sensor: Sensor, strength: float) -> Sensor:
 
 
 def arrange(gripper: FloatingGripper, objects: list[RandomObject], spread: float, rng: Rng) -> bool:
-    """Put the objects down at random and let them settle; whether they came to rest in view."""
+    """Put the objects down at random and let them settle; return whether they came to rest in view."""
     centre = np.array(gripper.scenario.table.center)
     boxes: list[tuple[Floats, Floats]] = []
     for model, q in zip(objects, gripper.object_q, strict=True):
         turn = tipped(np.vstack(model.hulls), rng)
         cloud = np.vstack(model.hulls) @ turn.as_matrix().T
         low, high = cloud.min(0), cloud.max(0)
-        for _ in range(8):  # beside the others where there is room, else upon them
+        for _ in range(8):  # beside the others where there is room, else on top of them
             place = centre + rng.uniform(-spread, spread, 2)
             below = [
                 b for a, b in boxes if (low[:2] + place < b[:2]).all() and (high[:2] + place > a[:2]).all()

@@ -15,10 +15,13 @@ import numpy as np
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.learning.data.folds import make_folds
 from grasp_bench.learning.data.opening import open_collection
+from grasp_bench.learning.data.scenes import load_scene, read_index
 from grasp_bench.learning.evaluation.fold_training import Training, train_fold
 from grasp_bench.learning.evaluation.protocols import CONVENTIONS, Case, evaluate_case, make_case
+from grasp_bench.learning.training.augment import View, crop_scene
 from grasp_bench.networks.registry import NETWORKS
 from grasp_bench.predictors.names import load_predictor
+from grasp_bench.predictors.network import NetworkPredictor
 from grasp_bench.predictors.protocol import Predictor, begin
 from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.runs.evaluation import (
@@ -49,16 +52,14 @@ class Question:
     """What is evaluated on what.
 
     Attributes:
-        predictor: a name, or ``module:Class``.
-        dataset: 'cornell', 'jacquard' or 'synthetic'.
-        root: folder.
-        split: how folds are made.
-        protocol: 'strict' or 'legacy'.
-        folds: how many test sets; together they are all images.
+        root: folder of the data set.
+        split: how folds are made; see :func:`grasp_bench.learning.data.folds.make_folds`.
+        protocol: a key of :data:`~grasp_bench.learning.evaluation.protocols.CONVENTIONS`.
+        folds: number of test sets; together they are all images.
         only: fold (from 1) that alone is evaluated; None for all.
-        weights: of a network instead of the shipped ones.
-        depth: of Jacquard, 'perfect' or 'stereo'.
-        seed: of the folds, and of what 'legacy' draws.
+        weights: file that a network uses instead of the shipped one.
+        depth: which of Jacquard's is read, 'perfect' or 'stereo'.
+        seed: makes the folds, and what 'legacy' draws.
     """
 
     predictor: str
@@ -80,7 +81,7 @@ def evaluate(
 
     Raises:
         AssetError: when data or weights are missing or damaged.
-        GraspBenchError: when the question makes no sense.
+        GraspBenchError: when the question's settings do not go together.
     """
     if question.dataset == "synthetic":
         if training is not None:
@@ -137,8 +138,6 @@ def _load(question: Question) -> Predictor:
 
 
 def _network(name: str, weights: Path | None) -> Predictor:
-    from grasp_bench.predictors.network import NetworkPredictor
-
     return NetworkPredictor(name, weights, level=False)
 
 
@@ -194,9 +193,6 @@ def _evaluate_synthetic(question: Question, report: Report) -> Evaluation:
 
 def _synthetic_cases(root: Path, crop: int) -> tuple[Iterator[Case], int]:
     """Return held-out scenes whose middle has a listed grasp, and how many were held out in all."""
-    from grasp_bench.learning.training.augment import View, crop_scene
-    from grasp_bench.learning.training.dataset import load_scene, read_index
-
     entries = [e for e in read_index(root) if e["split"] == "val"]
 
     def cases() -> Iterator[Case]:

@@ -9,6 +9,9 @@ from grasp_bench.errors import AssetError
 from grasp_bench.learning.data.folds import Folds
 from grasp_bench.learning.data.rectangles import Collection
 from grasp_bench.learning.training.config import TrainConfig
+from grasp_bench.learning.training.sources import mixed_with_real
+from grasp_bench.networks.registry import info
+from grasp_bench.networks.store import WeightsFile
 from grasp_bench.runs.evaluation import FoldTraining
 
 
@@ -17,11 +20,11 @@ class Training:
     """How a model is trained for each fold, on the other folds.
 
     Attributes:
-        settings: of the runs.
+        settings: those of every run, apart from network and first weights.
         init: weights to begin with; None for random ones.
         synthetic: folders of generated scenes mixed in.
         real_share: share of the real images in what is seen, if others are mixed in.
-        out: folder of the runs. Finished folds there are not trained again.
+        out: folder that holds a run for each fold. Finished folds there are not trained again.
     """
 
     settings: TrainConfig
@@ -36,9 +39,6 @@ def train_fold(
 ) -> tuple[Path, FoldTraining]:
     """Train on all but one fold, unless that is done already; the weights, and facts on the training."""
     from grasp_bench.learning.training.loop import shown, train
-    from grasp_bench.learning.training.sources import mixed_with_real
-    from grasp_bench.networks.registry import info
-    from grasp_bench.networks.store import WeightsFile
     from grasp_bench.networks.weights import save
 
     settings = training.settings

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
 
 from grasp_bench.grasps import Grasp, GraspMaps, angle_difference, rectangle_iou, wrap_angle
 from grasp_bench.runs.evaluation import Verdict
-
-Floats = NDArray[np.float64]
+from grasp_bench.system.arrays import Floats
 
 ANGLE = math.radians(30)
 IOU = 0.25
@@ -25,8 +24,8 @@ class Judged:
     Attributes:
         verdict: 'correct'; 'wrong_angle' when a label overlaps enough but none within 30°;
             'elsewhere' when none overlaps enough; 'none' when there was no grasp.
-        iou: largest with a label within 30°.
-        angle: to the label that overlaps most [rad]; NaN where none overlaps.
+        iou: largest intersection over union with a label within 30°.
+        angle: between the grasp and the label that overlaps most [rad]; NaN where none overlaps.
     """
 
     verdict: Verdict
@@ -78,8 +77,6 @@ def legacy_best(maps: GraspMaps, min_distance: int = 20, threshold: float = 0.2)
     The angle is filtered as it is, which smears across the ±π/2 seam. Maxima within
     ``min_distance`` of the border or not above ``threshold`` do not count.
     """
-    from scipy.ndimage import gaussian_filter
-
     quality, angle = gaussian_filter(maps.quality, 2.0), gaussian_filter(maps.angle, 2.0)
     width = gaussian_filter(maps.width, 1.0)
     inner = quality[min_distance:-min_distance, min_distance:-min_distance]

@@ -17,8 +17,7 @@ from grasp_bench.learning.data.rectangles import Collection, Sample
 from grasp_bench.learning.evaluation.metric import Judged, judge, legacy_best
 from grasp_bench.predictors.protocol import Predictor, PrivilegedPredictor, checked
 from grasp_bench.runs.evaluation import Protocol
-
-Floats = NDArray[np.float64]
+from grasp_bench.system.arrays import Floats
 
 CONVENTIONS: dict[Protocol, dict[str, str]] = {
     "strict": {
@@ -45,11 +44,11 @@ class Case:
     """One image as a predictor is shown it, with labels in its pixels.
 
     Attributes:
-        name: of the sample.
+        name: identifies the sample in its collection.
         object: what it shows, if known.
         rgb, depth: as in :class:`grasp_bench.learning.data.framing.Framed`.
-        rectangles: (N, 4, 2).
-        dropped: labels that held NaN.
+        rectangles: (N, 4, 2) labels in pixels of the case.
+        dropped: number of labels that held NaN.
     """
 
     name: str

@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.grasps import Grasp, GraspMaps, wrap_angle
-from grasp_bench.learning.training.dataset import DEPTH_UNIT, Scene, unpacked
-
-Floats = NDArray[np.float64]
+from grasp_bench.learning.data.scenes import DEPTH_UNIT, Scene, unpacked
+from grasp_bench.system.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -24,10 +23,10 @@ class View:
     """How a crop is taken.
 
     Attributes:
-        rotation: of the picture's content about the scene's middle, counter-clockwise [rad].
+        rotation: turn of the picture's content about the scene's middle, counter-clockwise [rad].
         mirror: left and right exchanged, before the rotation.
         scale: magnification.
-        shift: (x, y) of the content [px of the crop], after all else.
+        shift: (x, y) by which the content is moved [px of the crop], after all else.
     """
 
     rotation: float = 0.0

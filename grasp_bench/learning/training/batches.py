@@ -14,9 +14,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from grasp_bench.learning.data.scenes import Scene
 from grasp_bench.learning.training.augment import View, crop_scene, jitter_colour, jitter_depth, random_view
 from grasp_bench.learning.training.config import TrainConfig
-from grasp_bench.learning.training.dataset import Scene
 from grasp_bench.learning.training.sources import Mixture
 from grasp_bench.networks.encoding import targets_from_maps, to_input
 from grasp_bench.networks.spec import Kind

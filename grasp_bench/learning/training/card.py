@@ -8,15 +8,15 @@ from collections.abc import Sequence
 from typing import Any
 
 from grasp_bench.learning.data.opening import open_collection
+from grasp_bench.learning.data.scenes import INDEX, SceneSet, is_generated
 from grasp_bench.learning.training.config import FREE_TO_CHANGE, TrainConfig
-from grasp_bench.learning.training.dataset import INDEX, SceneSet, is_generated
 from grasp_bench.learning.training.loop import Trained, shown
 from grasp_bench.learning.training.sources import Source
 from grasp_bench.networks.registry import info, parameter_count
 from grasp_bench.runs.statistics import wilson
 
 TOLD_ELSEWHERE = FREE_TO_CHANGE | {"network", "input", "init", "steps", "seed"}
-"""Settings that the card has at other places, or that change no weights."""
+"""Settings that the card has in other places, or that change no weights."""
 
 
 def provenance(

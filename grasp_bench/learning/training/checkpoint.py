@@ -29,8 +29,7 @@ def save_checkpoint(
     """Write one safetensors file, at once or not at all: a kill leaves the last one whole.
 
     Args:
-        path: file to write or replace.
-        step: steps done.
+        step: number of steps done.
         network, average, optimizer: their state; ``average`` None where there is none.
         config, data: settings and the scenes' fingerprint, compared on resuming.
     """

@@ -16,9 +16,9 @@ from pydantic import BaseModel, ConfigDict, Field
 from grasp_bench.runs.evaluation import Split
 
 FREE_TO_CHANGE = frozenset({"workers", "threads", "checkpoint_every", "validate_every", "log_every"})
-"""Fields that a resumed run may have otherwise than the run it continues."""
+"""Fields in which a resumed run may differ from the run it continues."""
 NOT_COMPARED = FREE_TO_CHANGE | {"holdout", "split"}
-"""Fields that a checkpoint need not have alike. Which images are left out is told by the scenes' fingerprint,
+"""Fields in which a checkpoint may differ. The scenes' fingerprint tells which images are left out,
 and older checkpoints do not list it."""
 
 
@@ -27,7 +27,7 @@ class Option:
     """How a setting is typed, where that does not follow from the field's name.
 
     Attributes:
-        names: of the option, such as ``--predictor``; of a switch ``--on/--off``.
+        names: what is typed, such as ``--predictor``; ``--on/--off`` for a switch.
         off: whether it is a switch that turns the setting off and has no counterpart.
     """
 

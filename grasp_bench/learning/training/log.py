@@ -10,8 +10,8 @@ class RunLog:
     """Appends one JSON object a line to ``folder/log.jsonl``.
 
     Args:
-        folder: of the run.
-        step: steps done; lines of later steps, left by a killed run, are dropped.
+        folder: where ``log.jsonl`` is kept.
+        step: number of steps done; lines of later steps, left by a killed run, are dropped.
     """
 
     def __init__(self, folder: Path, step: int) -> None:
@@ -47,7 +47,7 @@ def training_seconds(path: Path, batch: int) -> float | None:
 
     Args:
         path: ``log.jsonl``.
-        batch: samples a step.
+        batch: number of samples a step.
     """
     seconds, before = 0.0, 0
     try:

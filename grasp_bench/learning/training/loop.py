@@ -21,10 +21,10 @@ import torch
 from torch import Tensor, nn
 
 from grasp_bench.errors import AssetError, GraspBenchError
+from grasp_bench.learning.data.scenes import SceneSet
 from grasp_bench.learning.training.batches import batches
 from grasp_bench.learning.training.checkpoint import load_checkpoint, save_checkpoint
 from grasp_bench.learning.training.config import TrainConfig
-from grasp_bench.learning.training.dataset import SceneSet
 from grasp_bench.learning.training.log import RunLog
 from grasp_bench.learning.training.loss import grasp_loss
 from grasp_bench.learning.training.validate import Accuracy, validate
@@ -44,9 +44,9 @@ class Trained:
     """A finished run.
 
     Attributes:
-        network: in evaluation mode, averaged weights if there are any. The last step's, not
+        network: in evaluation mode, with averaged weights if there are any. Those of the last step, not
             the best validated one's: choosing by validation would flatter the accuracy.
-        accuracy: on the validation scenes.
+        accuracy: what validation after the last step gave.
     """
 
     network: nn.Module
@@ -59,14 +59,11 @@ def train(
     """Train a network, going on from the checkpoint in ``out`` if there is one.
 
     Args:
-        config: settings.
-        scenes: data in memory.
         out: folder for ``checkpoint.safetensors`` and ``log.jsonl``.
-        report: progress callback.
         init: weights to begin with instead of random ones.
 
     Raises:
-        AssetError: the checkpoint is damaged or of another run.
+        AssetError: the checkpoint is damaged or of another run, or ``init`` is for another input.
         GraspBenchError: the loss became infinite or NaN.
     """
     kind, crop = input_kind(config.network, config.input), info(config.network).crop
@@ -135,7 +132,10 @@ def train(
                 )
             if report is not None:
                 report(done, figures, accuracy)
-    return _finish(final, accuracy, scenes, kind, crop)
+    final.eval()
+    if accuracy is None:  # resumed after the last step
+        accuracy = validate(final, scenes.val, kind, crop)
+    return Trained(final, accuracy)
 
 
 def shown(config: TrainConfig) -> str:
@@ -150,15 +150,6 @@ def _begin(name: str, kind: Kind, init: Path) -> nn.Module:
     if stored != kind:
         raise AssetError(f"{init} holds weights for {stored} input, not {kind}; give --input {stored}.")
     return network.requires_grad_(True)
-
-
-def _finish(
-    network: nn.Module, accuracy: Accuracy | None, scenes: SceneSet, kind: Kind, crop: int
-) -> Trained:
-    network.eval()
-    if accuracy is None:  # resumed after the last step
-        accuracy = validate(network, scenes.val, kind, crop)
-    return Trained(network, accuracy)
 
 
 def _step(

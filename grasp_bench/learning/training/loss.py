@@ -22,7 +22,7 @@ def grasp_loss(
 
     Args:
         output, target: (B, 4, H, W) quality, sin 2θ, cos 2θ, width.
-        masked: see above.
+        masked: count angle and width only where there is a grasp.
         geometry_weight: factor of each masked mean; 1 is meant for unmasked, which ignores it.
         positive_weight: extra weight of quality errors where there is a grasp.
 

@@ -14,8 +14,9 @@ import numpy as np
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.learning.data.folds import make_folds
 from grasp_bench.learning.data.opening import open_collection
+from grasp_bench.learning.data.real import RealScenes
 from grasp_bench.learning.data.rectangles import Collection
-from grasp_bench.learning.training.dataset import (
+from grasp_bench.learning.data.scenes import (
     Scene,
     SceneSet,
     is_generated,
@@ -23,7 +24,6 @@ from grasp_bench.learning.training.dataset import (
     load_scenes,
     read_index,
 )
-from grasp_bench.learning.training.real import RealScenes
 from grasp_bench.runs.evaluation import Split
 
 
@@ -32,7 +32,7 @@ class Source:
     """A folder and its share of the samples.
 
     Attributes:
-        folder: of synthetic scenes, or the root of a Cornell or Jacquard copy.
+        folder: one with synthetic scenes, or the root of a Cornell or Jacquard copy.
         weight: share of what is seen, relative to the other folders'; None for the folder's
             number of scenes, so that all scenes are seen equally often.
     """
@@ -85,9 +85,7 @@ class Mixture(Sequence[Scene]):
         return self.ends[-1] if self.ends else 0
 
     def __getitem__(self, index: int) -> Scene:
-        if not -len(self) <= index < len(self):
-            raise IndexError(index)
-        index %= len(self)
+        index = range(len(self))[index]  # negative ones count from the end, others raise IndexError
         part = bisect_right(self.ends, index)
         return self._parts[part][index - (self.ends[part - 1] if part else 0)]
 
@@ -136,7 +134,7 @@ def gather(
     """Gather the scenes of all folders.
 
     Args:
-        sources: folders.
+        sources: folders with their shares.
         crop: side of the network's input [px].
         holdout: (fold from 0, folds) of the real images that are left out of the training; they
             are validated on, which chooses nothing.

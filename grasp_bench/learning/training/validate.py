@@ -11,8 +11,8 @@ import torch
 from torch import nn
 
 from grasp_bench.grasps import Grasp, GraspMaps, angle_difference, is_correct
+from grasp_bench.learning.data.scenes import Scene
 from grasp_bench.learning.training.augment import View, crop_scene
-from grasp_bench.learning.training.dataset import Scene
 from grasp_bench.networks.encoding import maps_from_output, to_input
 from grasp_bench.networks.spec import Kind
 

@@ -1,1 +1,1 @@
-"""Objects of one's own: meshes, scans and robot descriptions turned into benchmark objects."""
+"""Meshes, scans and robot descriptions turned into benchmark objects."""

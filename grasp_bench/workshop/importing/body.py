@@ -5,17 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from grasp_bench.objects.catalog import VisualPart
+from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.decompose import DecompositionError
 from grasp_bench.workshop.shapes import Mesh
 
-Floats = NDArray[np.float64]
-
 FRICTION = 0.6
-"""Against the pads where none is given: that of plastic, ceramic and glass in the shipped objects."""
+"""Friction against the pads where none is given: that of the shipped plastic, ceramic and glass objects."""
 
 
 @dataclass(frozen=True)
@@ -25,12 +21,12 @@ class Options:
     Attributes:
         units: ``m``, ``cm``, ``mm`` or ``auto``.
         up: the file's upward axis: ``y``, ``z`` or ``auto`` (y for GLB, as glTF 2.0 has it; else z).
-        mass: kilograms, or None.
-        density: kg/m³, for objects without a mass, or None.
-        friction: against the finger pads.
+        mass: that of the object [kg]; None where it is not given.
+        density: for objects without a mass [kg/m³]; None where it is not given.
+        friction: sliding friction coefficient against the finger pads.
         inertia: ``solid`` or ``shell``, how the mass is spread.
         holes: ``auto``, ``fill`` or ``keep``; see :func:`~grasp_bench.workshop.importing.repair.mend`.
-        category: of the objects; their name when None.
+        category: what the objects are; their name when None.
         source: where size and mass come from, for the manifest.
     """
 
@@ -50,13 +46,13 @@ class Body:
     """An object before it is written; metres, z up.
 
     Attributes:
-        visual: coloured parts.
+        visual: the coloured parts.
         solid: what they enclose.
-        hulls: convex pieces.
-        error: how far those stray.
+        hulls: the convex pieces.
+        error: how far the hulls stray from the solid.
         notes: findings and repairs.
         mass, centre, inertia: mass properties known from the file, about ``centre``; None if not.
-        facts: further entries of the object's record.
+        facts: further entries of ``import`` in ``object.json``.
     """
 
     visual: list[VisualPart]

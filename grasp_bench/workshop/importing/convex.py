@@ -9,13 +9,18 @@ from dataclasses import asdict
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
-from grasp_bench.workshop.decompose import BOUNDS, MAX_HULLS, DecompositionError, compare, reduce_hull
+from grasp_bench.system.arrays import Floats
+from grasp_bench.workshop.decompose import (
+    BOUNDS,
+    MAX_HULLS,
+    DecompositionError,
+    coacd_pieces,
+    compare,
+    reduce_hull,
+)
 from grasp_bench.workshop.importing.folder import RefusedError
 from grasp_bench.workshop.shapes import Mesh, hull, scale
-
-Floats = NDArray[np.float64]
 
 CONVEX = 0.97
 """A solid that fills this share of its hull, and is nowhere :data:`CONVEX_DEPTH` off it, is convex."""
@@ -32,7 +37,7 @@ volume a millimetre more multiplies."""
 
 
 def decompose_whole(solid: Mesh) -> tuple[list[Mesh], DecompositionError]:
-    """At most 32 hulls of at most 64 vertices (metres), and how far they stray.
+    """Return at most 32 hulls of at most 64 vertices (metres), and how far they stray.
 
     Raises:
         RefusedError: where no setting keeps within bounds.
@@ -43,7 +48,9 @@ def decompose_whole(solid: Mesh) -> tuple[list[Mesh], DecompositionError]:
         return [own], error
     found: list[tuple[list[Mesh], DecompositionError]] = []
     for threshold in THRESHOLDS:
-        hulls = _coacd(solid, threshold)
+        # CoACD's own decimation cuts tips off by millimetres.
+        cut = coacd_pieces(scale(solid, 1000), threshold, max_convex_hull=MAX_HULLS, decimate=False)
+        hulls = [h for h in (few_vertices(piece / 1000) for piece in cut) if h.volume > 1e-12]
         found.append((hulls, compare(solid, hulls)))
         if not beyond(found[-1][1], solid) and (len(hulls) >= FEW or found[-1][1].max_distance < NEAR):
             break
@@ -58,7 +65,7 @@ def decompose_whole(solid: Mesh) -> tuple[list[Mesh], DecompositionError]:
 
 
 def beyond(error: DecompositionError, solid: Mesh) -> list[str]:
-    """Names of the bounds that are not kept."""
+    """Return the names of the bounds that are not kept."""
     bad = [n for n in ("mean_distance", "max_distance") if getattr(error, n) > BOUNDS[n][1]]
     low, high = BOUNDS["volume_ratio"]
     added = (error.volume_ratio - 1) * solid.volume / (solid.area / 2)
@@ -67,31 +74,9 @@ def beyond(error: DecompositionError, solid: Mesh) -> list[str]:
     return bad
 
 
-def _coacd(solid: Mesh, threshold: float) -> list[Mesh]:
-    import coacd
-
-    coacd.set_log_level("error")
-    mesh = scale(solid, 1000)
-    pieces = coacd.run_coacd(
-        coacd.Mesh(np.asarray(mesh.vertices), np.asarray(mesh.faces)),
-        threshold=threshold,
-        max_convex_hull=MAX_HULLS,
-        preprocess_mode="off",
-        mcts_nodes=10,
-        mcts_iterations=60,
-        # CoACD's own decimation cuts tips off by millimetres.
-        mcts_max_depth=2,
-        resolution=1000,
-        merge=True,
-        decimate=False,
-        seed=0,
-    )
-    hulls = [few_vertices(np.asarray(v, float) / 1000) for v, _ in pieces]
-    return [h for h in hulls if h.volume > 1e-12]
-
-
 def few_vertices(points: Floats) -> Mesh:
-    """Hull of (N, 3) points with at most 64 vertices; round ones keep their volume, not their girth."""
+    """Return the hull of (N, 3) points with at most 64 vertices; round ones keep their volume, not their
+    girth."""
     reduced = reduce_hull(points)
     whole = trimesh.convex.convex_hull(points).volume
     if reduced.volume > SHRUNK * whole:

@@ -13,6 +13,8 @@ import warnings
 from pathlib import Path
 from urllib.parse import unquote, urlparse
 
+from PIL import Image
+
 from grasp_bench.errors import GraspBenchError
 
 MAX_FILE = 200_000_000
@@ -31,24 +33,10 @@ ARCHIVES = {
     b"\xfd7zX": "xz",
 }
 GENERIC = frozenset(
-    {
-        "textured",
-        "textured_simple",
-        "textured_vertices",
-        "nontextured",
-        "model",
-        "mesh",
-        "visual",
-        "object",
-        "scan",
-        "scene",
-        "meshes",
-        "google_16k",
-        "google_64k",
-        "google_512k",
-        "poisson",
-        "tsdf",
-    }
+    """
+    textured textured_simple textured_vertices nontextured model mesh visual object scan scene meshes
+    google_16k google_64k google_512k poisson tsdf
+    """.split()
 )
 """Names of files and folders that say nothing: the name of the folder above is the object's."""
 
@@ -71,7 +59,7 @@ class Folder:
         self.read_files: dict[str, bytes] = {}
 
     def path(self, name: str) -> Path:
-        """Where a referenced file lies.
+        """Return where a referenced file is.
 
         Raises:
             RefusedError: for a URL, an absolute path, or one that leads outside (also by a link).
@@ -92,7 +80,7 @@ class Folder:
         return path
 
     def read(self, name: str, absolute: bool = False) -> bytes:
-        """Content of a referenced file; of one at an ``absolute`` path inside the root, if so.
+        """Read a referenced file; of one at an ``absolute`` path inside the root, if so.
 
         Raises:
             RefusedError: see :meth:`path`; also for what is not a plain file, or too large.
@@ -108,7 +96,7 @@ class Folder:
 
 
 def read_plain(path: Path) -> bytes:
-    """Bytes of a regular file of at most :data:`MAX_FILE`.
+    """Read a regular file of at most :data:`MAX_FILE` bytes.
 
     Raises:
         RefusedError: for devices, pipes, folders, archives and what is too large.
@@ -144,8 +132,6 @@ def check_image(content: bytes, name: str) -> None:
     Raises:
         RefusedError: with the reason.
     """
-    from PIL import Image
-
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # refused below
@@ -168,7 +154,7 @@ MAX_OBJECTS = 5000
 
 
 def find_objects(path: Path) -> list[tuple[str, Path, Path]]:
-    """Objects in a file or folder as (name, file, root of what it may read).
+    """Return the objects in a file or folder as (name, file, root of what it may read).
 
     In a folder, a URDF or MJCF file stands for the whole folder, as does a mesh with a name that
     says nothing (``textured.obj``; the folder's name is the object's); otherwise every mesh is an
@@ -228,7 +214,7 @@ def _name(path: Path) -> str:
 
 
 def clean_name(name: str) -> str:
-    """``name`` as a folder name: lower case letters, digits and underscores, at most 60.
+    """Make a folder name of ``name``: lower case letters, digits and underscores, at most 60.
 
     Raises:
         RefusedError: where nothing is left.
@@ -240,7 +226,7 @@ def clean_name(name: str) -> str:
 
 
 def _unique(found: list[tuple[str, Path, Path]]) -> list[tuple[str, Path, Path]]:
-    """Objects of one name get their folder's before it, then a number."""
+    """Put their folder's name before objects of one name, then a number behind."""
     names = [n for n, _, _ in found]
     taken: set[str] = set()
     result = []

@@ -9,14 +9,16 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import Future, TimeoutError, as_completed
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from pebble import ProcessExpired, ProcessPool
 
 from grasp_bench.objects.catalog import VisualPart
+from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.build import rounded, write_hulls, write_visual
 from grasp_bench.workshop.importing import paint as painting
 from grasp_bench.workshop.importing.body import Body, Options
@@ -29,10 +31,8 @@ from grasp_bench.workshop.importing.solid import solidify
 from grasp_bench.workshop.importing.units import UNITS, check_size, choose_unit
 from grasp_bench.workshop.shapes import Mesh, hull
 
-Floats = NDArray[np.float64]
-
 IMPORT_VERSION = 2
-"""Raise when imports would come out otherwise, so that all are made again."""
+"""Raise this when imports would come out differently: all are made again then."""
 MASSES = (0.001, 5.0)
 """What the arm can carry, gripper aside, and what contacts are stable with [kg]."""
 DENSITY = 500.0
@@ -55,7 +55,6 @@ class Report:
     """What came of one object.
 
     Attributes:
-        name: of the object.
         status: ``imported``, ``up to date`` or ``failed``.
         why: the reason of a failure.
         details: the content of ``object.json``; empty after a failure.
@@ -160,11 +159,10 @@ def import_shape(job: Job, out: Path) -> bool:
 
 
 def spread_mass(solid: Mesh, mass: float, how: str) -> tuple[Floats, Floats]:
-    """Centre of mass (3,) [m] and inertia (3, 3) about it [kg m²].
+    """Return the centre of mass (3,) [m] and inertia (3, 3) about it [kg m²].
 
     Args:
         solid: closed mesh [m].
-        mass: kilograms.
         how: ``solid``, evenly over the volume; ``shell``, evenly over the surface.
     """
     if how == "solid":
@@ -201,7 +199,7 @@ def _mass(body: Body, options: Options) -> tuple[float, str]:
 
 
 def _mark(options: Options, folder: Folder, names: Iterable[str]) -> str:
-    """Digest of the options and of the named files as they are now."""
+    """Digest the options and the named files as they are now."""
     digest = hashlib.sha256(f"{IMPORT_VERSION}|{options}".encode())
     for name in sorted(names):
         try:
@@ -213,7 +211,7 @@ def _mark(options: Options, folder: Folder, names: Iterable[str]) -> str:
 
 
 def _up_to_date(done: Path, options: Options, folder: Folder) -> bool:
-    """The shape stage was done with these options from these very files."""
+    """Return whether the shape stage was done with these options from these very files."""
     try:
         before = json.loads(done.read_text())
         return _mark(options, folder, before["import"]["files"]) == before["fingerprint"]
@@ -222,7 +220,7 @@ def _up_to_date(done: Path, options: Options, folder: Folder) -> bool:
 
 
 def import_one(job: Job, out: Path) -> Report:
-    """Both stages, picture and measurements of one object.
+    """Do both stages, picture and measurements of one object.
 
     Raises:
         RefusedError: with the reason, for what cannot be imported.
@@ -243,15 +241,10 @@ def import_all(jobs: Sequence[Job], out: Path, workers: int, timeout: float) -> 
     """Import on ``workers`` processes; yields reports as objects end, failed ones too.
 
     Args:
-        jobs: what to import.
-        out: folder of the objects.
-        workers: processes.
-        timeout: seconds for one object, after which it fails alone.
+        out: folder that the objects' folders go to.
+        workers: number of processes.
+        timeout: time after which an object fails, alone [s].
     """
-    from concurrent.futures import Future, TimeoutError, as_completed
-
-    from pebble import ProcessExpired, ProcessPool
-
     out.mkdir(parents=True, exist_ok=True)
     with ProcessPool(max_workers=workers) as pool:
         futures: dict[Future[Report], Job] = {pool.submit(import_one, timeout, j, out): j for j in jobs}

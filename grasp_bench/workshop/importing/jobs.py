@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,12 +22,12 @@ FRICTIONS = (0.05, 2.0)
 def plan_jobs(
     path: Path, out: Path, *, name: str | None = None, masses: Path | None = None, **settings: Any
 ) -> list[Job]:
-    """Jobs for a file or folder.
+    """Plan the jobs for a file or folder.
 
     Args:
-        path: file or folder.
-        out: where the objects go; must not be a folder of modelled objects.
-        name: of a single object.
+        path: file or folder to import.
+        out: where the objects go; it must not be a folder of modelled objects.
+        name: what a single object is to be called.
         masses: CSV file with columns ``name`` and ``mass_kg``.
         settings: fields of :class:`~grasp_bench.workshop.importing.body.Options`.
 
@@ -79,9 +80,7 @@ def _check(options: Options, masses: Path | None) -> None:
 
 
 def _check_target(out: Path) -> None:
-    """Imports go to a folder of their own."""
-    import json
-
+    """Refuse a folder that holds anything but imported objects."""
     manifest = out / MANIFEST
     if out.exists() and not out.is_dir():
         raise GraspBenchError(f"--out {out} is not a folder.")
@@ -95,7 +94,7 @@ def _check_target(out: Path) -> None:
 
 
 def read_masses(path: Path) -> dict[str, float]:
-    """Masses [kg] by object name.
+    """Read masses [kg] by object name.
 
     Raises:
         GraspBenchError: naming the line at fault.

@@ -16,10 +16,9 @@ from grasp_bench.planning.heightfield import CELL
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import OBJECT, compile_mjcf, compose
 from grasp_bench.scene.rendering import SHOWN_GROUPS
+from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.pictures import traced_picture
 from grasp_bench.workshop.poses import measure_heights
-
-Floats = NDArray[np.float64]
 
 HULL_GROUPS = np.array([0, 0, 0, 1, 0, 0], dtype=np.uint8)
 PICTURE = "picture.jpg"
@@ -39,7 +38,7 @@ def finish(folder: Path) -> bool:
 
 
 def measure(model: ObjectModel) -> dict[str, Any]:
-    """Footing and cavity of an object.
+    """Measure footing and cavity of an object.
 
     Returns:
         ``footing``: in millimetres, the largest gap between table and scan in any resting pose,
@@ -49,11 +48,7 @@ def measure(model: ObjectModel) -> dict[str, Any]:
     """
     shown = np.vstack([p.vertices for p in model.visual])
     solid = np.vstack(model.hulls)
-    lows = []
-    for pose in model.poses:
-        matrix = np.zeros(9)
-        mujoco.mju_quat2Mat(matrix, pose.quaternion)
-        lows.append(1000 * (pose.height + float((shown @ matrix.reshape(3, 3)[2]).min())))
+    lows = [1000 * (pose.height + float((shown @ pose.rotation[2]).min())) for pose in model.poses]
     scan, hulls = cavities(model)
     extents = 1000 * (np.ptp(solid, axis=0) - np.ptp(shown, axis=0))
     return {
@@ -67,7 +62,7 @@ def measure(model: ObjectModel) -> dict[str, Any]:
 
 
 def cavities(model: ObjectModel) -> tuple[float, float]:
-    """Volumes [m³] of water that the shown mesh, and the hulls, hold standing as modelled."""
+    """Return the volumes [m³] of water that the shown mesh, and the hulls, hold standing as modelled."""
     scenario = Scenario(name="measure")
     compiled = compile_mjcf(compose(scenario, model, robot=None))
     data = mujoco.MjData(compiled)
@@ -86,7 +81,7 @@ def cavities(model: ObjectModel) -> tuple[float, float]:
 
 
 def flood(heights: NDArray[np.floating]) -> Floats:
-    """The level (N, M) at which water over each cell runs off over the border.
+    """Return the level (N, M) at which water over each cell runs off over the border.
 
     Cells are filled from the border inwards, lowest first (Barnes, Lehman and Mulla 2014,
     *Priority-flood*).

@@ -15,21 +15,20 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 from PIL import Image
+from scipy.spatial import cKDTree
 
 from grasp_bench.objects.catalog import VisualPart
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from grasp_bench.system.arrays import Floats, Ints
 
 MAX_COLORS = 28
 MAX_FACES = 60_000
-"""Of the coloured mesh, after splitting."""
+"""Greatest number of faces of the coloured mesh, after splitting."""
 DETAIL = 0.0025
 """Edges of painted faces are split to this length [m], or longer to keep below :data:`MAX_FACES`."""
 LEAST_FACES = 12
 """Fewer faces of a colour than this go to the nearest other colour."""
 PLAIN = (0.62, 0.62, 0.60)
-"""Of a mesh without colours."""
+"""Colour of a mesh without colours, in [0, 1]."""
 SAMPLES = np.array([[1, 1, 1], [4, 1, 1], [1, 4, 1], [1, 1, 4]], float) / [[3], [6], [6], [6]]
 """Barycentric places on a face whose mean is its colour."""
 
@@ -42,7 +41,7 @@ class Paint:
         corner_rgb: (F, 3, 3) colour at each corner in [0, 1]; multiplies the texture.
         corner_uv: (F, 3, 2) texture coordinates, origin at the picture's lower left; NaN without.
         texture: (F,) index into ``pictures``, −1 for none.
-        pictures: (H, W, 3) in [0, 1].
+        pictures: (H, W, 3) uint8 textures.
         roughness: 0 to 1.
     """
 
@@ -54,11 +53,11 @@ class Paint:
 
     @property
     def varied(self) -> bool:
-        """Some face has more than one colour."""
+        """Whether some face has more than one colour."""
         return bool((self.texture >= 0).any() or (np.ptp(self.corner_rgb, axis=1) > 0.02).any())
 
     def at(self, face: Ints, places: Floats) -> Floats:
-        """Colours (N, 3) at barycentric ``places`` (N, 3) of ``face`` (N,)."""
+        """Return colours (N, 3) at barycentric ``places`` (N, 3) of ``face`` (N,)."""
         rgb = np.einsum("nc,nck->nk", places, self.corner_rgb[face])
         for i, picture in enumerate(self.pictures):
             which = np.nonzero(self.texture[face] == i)[0]
@@ -77,7 +76,8 @@ class Paint:
 
 
 def read_paint(mesh: trimesh.Trimesh, picture: Image.Image | None = None) -> Paint:
-    """Colours of one loaded mesh; ``picture`` is its texture where it has coordinates but no texture."""
+    """Read the colours of a loaded mesh; ``picture`` is its texture where it has coordinates but no
+    texture."""
     count = len(mesh.faces)
     corner_rgb = np.ones((count, 3, 3)) * PLAIN
     uv = np.full((count, 3, 2), np.nan)
@@ -115,7 +115,7 @@ def _unit(color: NDArray) -> Floats:
 
 
 def join(paints: list[Paint]) -> Paint:
-    """The paint of meshes put one after the other."""
+    """Return the paint of meshes put one after the other."""
     pictures: list[NDArray[np.uint8]] = []
     texture = []
     for paint in paints:
@@ -132,13 +132,13 @@ def join(paints: list[Paint]) -> Paint:
 
 
 def bake(vertices: Floats, faces: Ints, source: Ints, paint: Paint) -> list[VisualPart]:
-    """Parts of one colour each.
+    """Make parts of one colour each.
 
     Args:
-        vertices: (V, 3) [m].
-        faces: (F, 3).
+        vertices: (V, 3) those of the mesh [m].
+        faces: (F, 3) those of the mesh.
         source: (F,) the painted face each came from, −1 for one that was added in repair.
-        paint: of the source faces.
+        paint: the colours of the source faces.
     """
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     origin = np.arange(len(faces))
@@ -166,8 +166,6 @@ def bake(vertices: Floats, faces: Ints, source: Ints, paint: Paint) -> list[Visu
     added = np.nonzero(source[origin] < 0)[0]
     if len(added):
         # What closes a hole takes the colour of the nearest painted face.
-        from scipy.spatial import cKDTree
-
         centres = vertices[faces].mean(1)
         nearest = cKDTree(centres[painted]).query(centres[added])[1] if len(painted) else None
         rgb[added] = PLAIN if nearest is None else rgb[painted[nearest]]
@@ -183,7 +181,7 @@ def _compact(vertices: Floats, faces: Ints) -> tuple[Floats, NDArray[np.int32]]:
 
 
 def _palette(rgb: Floats) -> list[tuple[tuple[float, float, float], Ints]]:
-    """Colours, and the faces of each."""
+    """Return colours, and the faces of each."""
     pixels = np.round(rgb * 255).astype(np.uint8)
     kinds = len(np.unique(pixels, axis=0))
     picture = Image.fromarray(pixels[None])

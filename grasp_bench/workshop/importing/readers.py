@@ -16,20 +16,17 @@ from typing import Any
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from PIL import Image
 from trimesh.resolvers import Resolver
 
+from grasp_bench.system.arrays import Floats, Ints
 from grasp_bench.workshop.importing.folder import Folder, RefusedError, check_image
 from grasp_bench.workshop.importing.paint import Paint, join, read_paint
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 MAX_FACES = 1_000_000
 MAX_VERTICES = 2_000_000
 MAX_NODES = 2000
-"""Of a GLB's scene."""
+"""Greatest number of nodes of a GLB's scene."""
 GLTF_EXTENSIONS = frozenset(
     {
         "KHR_materials_unlit",
@@ -49,7 +46,7 @@ class Scan:
     Attributes:
         vertices: (V, 3), not merged.
         faces: (F, 3).
-        paint: of the faces.
+        paint: the colours of the faces.
         notes: what was missing or left out.
     """
 
@@ -92,11 +89,11 @@ class _Resolver(Resolver):
 
 
 def read_mesh(folder: Folder, name: str, picture: Image.Image | None = None) -> Scan:
-    """The mesh file ``name`` in ``folder``.
+    """Read the mesh file ``name`` in ``folder``.
 
     Args:
-        folder: what may be read.
-        name: of the file.
+        folder: the only folder that is read from.
+        name: the file's name in the folder.
         picture: its texture, where the file has texture coordinates but names no picture.
 
     Raises:
@@ -231,7 +228,7 @@ def _natural(value: Any) -> int:
 
 
 def glb_tree(content: bytes) -> dict[str, Any]:
-    """The JSON part of a binary glTF 2.0 file.
+    """Read the JSON part of a binary glTF 2.0 file.
 
     Raises:
         RefusedError: where it is not one.
@@ -249,7 +246,7 @@ def glb_tree(content: bytes) -> dict[str, Any]:
 
 
 def _check_nodes(tree: dict[str, Any]) -> None:
-    """Nodes must form trees, and what they show together must be small enough."""
+    """Refuse nodes that form no trees, or that show too many faces together."""
     nodes, meshes, accessors = (tree.get(k, []) for k in ("nodes", "meshes", "accessors"))
     if len(nodes) > MAX_NODES:
         raise RefusedError(f"the GLB has {len(nodes)} nodes; at most {MAX_NODES} are read")
@@ -274,7 +271,7 @@ def _check_nodes(tree: dict[str, Any]) -> None:
 
 
 def _guarded(check: Callable[[bytes], None]) -> Callable[[bytes], None]:
-    """Header checks run on anything at all: what trips them is not a file of that kind."""
+    """Let a header check run on anything at all: what trips it is not a file of that kind."""
 
     def run(content: bytes) -> None:
         try:

@@ -7,22 +7,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import mapbox_earcut
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 from shapely.geometry import Polygon
 
+from grasp_bench.system.arrays import Floats, Ints
 from grasp_bench.workshop.importing.folder import RefusedError
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 WELD = 1e-6
 """Vertices nearer than this share of the diagonal are one."""
 SPECK = 0.03
 """Loose pieces smaller than this share of the diagonal, and than 0.2 % of the surface, are dropped."""
 STRAY = 3.0
-"""What lies this many times the bulk's half-diagonal away from its middle is no part of the object."""
+"""What is this many times the bulk's half-diagonal away from its middle is no part of the object."""
 SMALL_HOLE = 0.02
 """Holes of at most this share of the surface are closed wherever they are."""
 HOLES = ("auto", "fill", "keep")
@@ -33,7 +34,7 @@ class Mended:
     """A mesh under repair.
 
     Attributes:
-        vertices: (V, 3) [m].
+        vertices: (V, 3) those of the mesh [m].
         faces: (F, 3).
         source: (F,) the face of the file each came from, −1 for added ones.
         notes: what was done, in plain words.
@@ -55,7 +56,7 @@ def mend(vertices: Floats, faces: Ints, holes: str = "auto") -> Mended:
     """Weld, clean, orient and close a mesh.
 
     Args:
-        vertices: (V, 3) [m].
+        vertices: (V, 3) those of the mesh [m].
         faces: (F, 3).
         holes: ``fill`` closes every hole, ``keep`` none; ``auto`` closes small ones and the
             underside, and keeps others, such as the mouth of a bowl modelled as a bare surface.
@@ -119,9 +120,7 @@ def drop_bad_faces(mesh: Mended) -> None:
     _, index, count = np.unique(ordered, axis=0, return_inverse=True, return_counts=True)
     index = index.reshape(-1)
     if (count > 1).any():
-        # +1 for even permutations of the sorted corners, −1 for odd ones.
-        a, b, c = mesh.faces.T
-        sense = np.where((a < b) ^ (b < c) ^ (a < c), 1, -1)
+        sense = np.where(_even(mesh.faces), 1, -1)
         balance = np.bincount(index, weights=sense)
         first = np.zeros(len(index), bool)
         # Where a sense prevails, the first copy with that sense stays.
@@ -132,17 +131,40 @@ def drop_bad_faces(mesh: Mended) -> None:
         mesh.keep(keep)
 
 
-def pieces(faces: Ints) -> Ints:
-    """(F,) number of the connected piece each face belongs to, by shared edges."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
+def _even(faces: Ints) -> NDArray[np.bool_]:
+    """Return (F,) whether the corners of each face are an even permutation of the sorted ones."""
+    a, b, c = faces.T
+    return (a < b) ^ (b < c) ^ (a < c)
 
-    edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    _, edge = np.unique(edges, axis=0, return_inverse=True)
+
+def _edges(faces: Ints) -> tuple[Ints, Ints, Ints]:
+    """Return the faces' edges (3 F, 2), their numbers (3 F,) whatever the sense, and each one's count."""
+    edges = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    _, index, count = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)
+    return edges, index.reshape(-1), count
+
+
+def _double_areas(mesh: Mended) -> Floats:
+    """Return (F,) twice the area of each face [m²]."""
+    corners = mesh.vertices[mesh.faces]
+    return np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+
+
+def _boxes(mesh: Mended, label: Ints) -> tuple[Floats, Floats]:
+    """Return lower and upper corners (P, 3) of the box around each piece [m]."""
+    corners = mesh.vertices[mesh.faces]
+    low = np.full((int(label.max()) + 1, 3), np.inf)
+    high = -low
+    np.minimum.at(low, label, corners.min(1))
+    np.maximum.at(high, label, corners.max(1))
+    return low, high
+
+
+def pieces(faces: Ints) -> Ints:
+    """Return (F,) the number of the connected piece each face belongs to, by shared edges."""
+    _, edge, count = _edges(faces)
     face = np.repeat(np.arange(len(faces)), 3)
-    links = coo_matrix(
-        (np.ones(len(face), np.int8), (face, edge.reshape(-1))), shape=(len(faces), int(edge.max()) + 1)
-    ).tocsr()
+    links = coo_matrix((np.ones(len(face), np.int8), (face, edge)), shape=(len(faces), len(count))).tocsr()
     return connected_components(links @ links.T, directed=False)[1]
 
 
@@ -151,14 +173,9 @@ def drop_specks(mesh: Mended) -> None:
     if not len(mesh.faces):
         return
     label = pieces(mesh.faces)
-    corners = mesh.vertices[mesh.faces]
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
-    total = np.bincount(label, weights=area)
-    diagonal = np.linalg.norm(np.ptp(corners.reshape(-1, 3), axis=0))
-    low = np.full((len(total), 3), np.inf)
-    high = -low
-    np.minimum.at(low, label, corners.min(1))
-    np.maximum.at(high, label, corners.max(1))
+    total = np.bincount(label, weights=_double_areas(mesh) / 2)
+    diagonal = np.linalg.norm(np.ptp(mesh.vertices[mesh.faces].reshape(-1, 3), axis=0))
+    low, high = _boxes(mesh, label)
     speck = (total < 0.002 * total.sum()) & (np.linalg.norm(high - low, axis=1) < SPECK * diagonal)
     if speck.any():
         mesh.keep(~speck[label])
@@ -172,7 +189,8 @@ def orient(mesh: Mended) -> None:
         before = mesh.faces.copy()
         trimesh.repair.fix_winding(tri)
         mesh.faces = np.asarray(tri.faces, np.int64)
-        mesh.notes.append(f"turned {_turned(before, mesh.faces)} faces to agree with their neighbours")
+        turned = int((_even(before) != _even(mesh.faces)).sum())
+        mesh.notes.append(f"turned {turned} faces to agree with their neighbours")
     label = pieces(mesh.faces)
     corners = mesh.vertices[mesh.faces] - mesh.vertices.mean(0)
     volume = np.bincount(
@@ -187,22 +205,9 @@ def orient(mesh: Mended) -> None:
         mesh.notes.append(f"turned {int(inverted.sum())} inside-out pieces")
 
 
-def _turned(before: Ints, after: Ints) -> int:
-    def sense(f: Ints) -> NDArray[np.bool_]:
-        a, b, c = f.T
-        return (a < b) ^ (b < c) ^ (a < c)
-
-    return int((sense(before) != sense(after)).sum())
-
-
 def _inside_another(mesh: Mended, label: Ints, closed: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Pieces within another closed one's box: a cavity, which is meant to face inwards."""
-    points = mesh.vertices[mesh.faces].reshape(-1, 3)
-    each = np.repeat(label, 3)
-    low = np.full((len(closed), 3), np.inf)
-    high = -low
-    np.minimum.at(low, each, points)
-    np.maximum.at(high, each, points)
+    """Return which pieces are within another closed one's box: a cavity, which is meant to face inwards."""
+    low, high = _boxes(mesh, label)
     within = np.zeros(len(closed), bool)
     for i in np.nonzero(closed)[0]:
         within |= (low > low[i]).all(1) & (high < high[i]).all(1)
@@ -213,10 +218,9 @@ def _inside_another(mesh: Mended, label: Ints, closed: NDArray[np.bool_]) -> NDA
 
 
 def border_loops(faces: Ints) -> list[Ints]:
-    """Closed chains of vertices along edges that belong to one face only, in those edges' sense."""
-    edges = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    _, index, count = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)
-    single = edges[count[index.reshape(-1)] == 1]
+    """Return closed chains of vertices along edges that belong to one face only, in those edges' sense."""
+    edges, index, count = _edges(faces)
+    single = edges[count[index] == 1]
     following: dict[int, list[int]] = {}
     for a, b in single.tolist():
         following.setdefault(a, []).append(b)
@@ -248,9 +252,8 @@ def border_loops(faces: Ints) -> list[Ints]:
 
 
 def _border_faces(faces: Ints) -> NDArray[np.bool_]:
-    edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    _, index, count = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
-    return (count[index.reshape(-1)] == 1).reshape(-1, 3).any(1)
+    _, index, count = _edges(faces)
+    return (count[index] == 1).reshape(-1, 3).any(1)
 
 
 def close_holes(mesh: Mended, holes: str) -> None:
@@ -258,11 +261,7 @@ def close_holes(mesh: Mended, holes: str) -> None:
     loops = border_loops(mesh.faces)
     if not loops:
         return
-    corners = mesh.vertices[mesh.faces]
-    surface = (
-        np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
-        / 2
-    )
+    surface = _double_areas(mesh).sum() / 2
     low, height = mesh.vertices[:, 2].min(), np.ptp(mesh.vertices[:, 2])
     added: list[Ints] = []
     filled: list[str] = []
@@ -273,7 +272,7 @@ def close_holes(mesh: Mended, holes: str) -> None:
         spokes = points - centre
         normal = np.cross(spokes, np.roll(spokes, -1, 0)).sum(0)
         area = np.linalg.norm(normal) / 2
-        # The border of an underside lies in one level at the bottom of all.
+        # The border of an underside is in one level at the bottom of all.
         under = points[:, 2].max() < low + max(0.05 * height, 0.003) and abs(normal[2]) > 1.8 * area
         small = area <= SMALL_HOLE * surface
         if holes == "keep" or not (holes == "fill" or small or under):
@@ -294,7 +293,8 @@ def close_holes(mesh: Mended, holes: str) -> None:
 
 
 def _fill(loop: Ints, points: Floats, normal: Floats, free: int) -> tuple[Ints, Floats | None]:
-    """Faces over a loop: triangles of its plane figure where that is sound, else a fan about its middle."""
+    """Make faces over a loop: triangles of its plane figure where that is sound, else a fan about its
+    middle."""
     backwards = loop[::-1]  # a border runs against the sense of the faces that close it
     if len(loop) == 3:
         return backwards[None], None
@@ -303,8 +303,6 @@ def _fill(loop: Ints, points: Floats, normal: Floats, free: int) -> tuple[Ints, 
     x /= np.linalg.norm(x)
     flat = (points - points.mean(0))[::-1] @ np.column_stack([x, np.cross(z, x)])
     if Polygon(flat).is_valid:
-        import mapbox_earcut
-
         index = mapbox_earcut.triangulate_float64(flat, np.array([len(flat)], np.uint32))
         triangles = np.asarray(index, np.int64).reshape(-1, 3)
         if len(triangles) == len(loop) - 2:

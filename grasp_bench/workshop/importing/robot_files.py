@@ -11,9 +11,9 @@ import xml.etree.ElementTree as ET
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from grasp_bench.objects.catalog import VisualPart
+from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.decompose import MAX_HULLS, compare, reduce_hull
 from grasp_bench.workshop.importing import paint as painting
 from grasp_bench.workshop.importing.body import Body, Options
@@ -26,14 +26,12 @@ from grasp_bench.workshop.importing.solid import solidify
 from grasp_bench.workshop.importing.units import LONGEST, check_size
 from grasp_bench.workshop.shapes import Mesh, hull, union
 
-Floats = NDArray[np.float64]
-
 CONVEX = 1.10
 """A part whose hull is this much larger than it is decomposed."""
 
 
 def import_robot_file(folder: Folder, name: str, options: Options) -> Body:
-    """The rigid object of an MJCF or URDF file.
+    """Import the rigid object of an MJCF or URDF file.
 
     Raises:
         RefusedError: with the reason, for what cannot be imported.
@@ -75,7 +73,10 @@ def import_robot_file(folder: Folder, name: str, options: Options) -> Body:
             f"the convex parts stray from what is shown (up to {1000 * error.max_distance:.1f} mm): "
             "kept as they are"
         )
-    body = Body(_visual(shown), solid, hulls, error, notes, facts={"unit": "m", "format": tree.tag})
+    parts: list[VisualPart] = []
+    for piece in shown:
+        parts += painting.bake(piece.vertices, piece.faces, np.arange(len(piece.faces)), piece.paint)
+    body = Body(parts, solid, hulls, error, notes, facts={"unit": "m", "format": tree.tag})
     if any(
         e.tag == "inertial" or (e.tag == "geom" and {"mass", "density"} & set(e.keys())) for e in tree.iter()
     ):
@@ -84,7 +85,7 @@ def import_robot_file(folder: Folder, name: str, options: Options) -> Body:
 
 
 def _hulls(pieces: list[Piece], notes: list[str]) -> list[Mesh]:
-    """The convex parts; those that are not convex are decomposed."""
+    """Return the convex parts; those that are not convex are decomposed."""
     hulls: list[Mesh] = []
     cut = 0
     for piece in pieces:
@@ -107,7 +108,7 @@ def _hulls(pieces: list[Piece], notes: list[str]) -> list[Mesh]:
 
 
 def _solid(shown: list[Piece], hulls: list[Mesh], notes: list[str], options: Options) -> Mesh:
-    """What the shown parts enclose; the hulls where they enclose nothing."""
+    """Return what the shown parts enclose; the hulls where they enclose nothing."""
     start = np.cumsum([0, *(len(p.vertices) for p in shown)])
     vertices = np.vstack([p.vertices for p in shown])
     faces = np.concatenate([p.faces + s for p, s in zip(shown, start, strict=False)])
@@ -121,17 +122,10 @@ def _solid(shown: list[Piece], hulls: list[Mesh], notes: list[str], options: Opt
         return union(*hulls)
 
 
-def _visual(shown: list[Piece]) -> list[VisualPart]:
-    parts: list[VisualPart] = []
-    for piece in shown:
-        parts += painting.bake(piece.vertices, piece.faces, np.arange(len(piece.faces)), piece.paint)
-    return parts
-
-
 def _mass_properties(
     model: mujoco.MjModel, data: mujoco.MjData
 ) -> tuple[float | None, Floats | None, Floats | None]:
-    """Mass, centre and inertia about it of all bodies as one."""
+    """Return mass, centre and inertia about it of all bodies as one."""
     masses = np.asarray(model.body_mass)
     mass = float(masses.sum())
     if mass <= 0:

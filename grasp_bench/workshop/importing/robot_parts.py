@@ -18,12 +18,11 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from grasp_bench.scene.builder import stl_bytes
+from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.importing.folder import Folder, RefusedError, check_image
 from grasp_bench.workshop.importing.paint import Paint
 from grasp_bench.workshop.importing.readers import Scan, read_mesh
 from grasp_bench.workshop.importing.robot_xml import settings
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -37,7 +36,7 @@ class Piece:
 
 
 def textures_of(tree: ET.Element, folder: Folder) -> dict[str, Image.Image]:
-    """Pictures by material name."""
+    """Read the pictures by material name."""
     compiler = settings(tree)
     base = compiler.get("texturedir", compiler.get("assetdir", ""))
     files = {
@@ -65,7 +64,7 @@ class MeshFiles:
 
     Attributes:
         assets: STL bytes by new name, for MuJoCo.
-        scans: by mesh name (MJCF) or new name's stem (URDF).
+        scans: the meshes by their name (MJCF) or new name's stem (URDF).
     """
 
     def __init__(self, tree: ET.Element, folder: Folder, textures: dict[str, Image.Image]) -> None:
@@ -101,7 +100,7 @@ class MeshFiles:
 
 
 def piece_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int, files: MeshFiles) -> Piece:
-    """A geom of the compiled model; meshes as they were read.
+    """Return a geom of the compiled model; meshes as they were read.
 
     Raises:
         RefusedError: for a kind of geom that is no solid.

@@ -11,65 +11,25 @@ from grasp_bench.workshop.importing.folder import RefusedError
 
 MAX_XML = 20_000_000
 MAX_ELEMENTS = 20_000
-KEPT = {
-    "mujoco",
-    "compiler",
-    "default",
-    "asset",
-    "mesh",
-    "material",
-    "worldbody",
-    "body",
-    "frame",
-    "geom",
-    "inertial",
-    "joint",
-    "freejoint",
-    "robot",
-    "link",
-    "visual",
-    "collision",
-    "origin",
-    "geometry",
-    "box",
-    "sphere",
-    "cylinder",
-    "color",
-    "mass",
-    "inertia",
-    "parent",
-    "child",
-}
+KEPT = frozenset(
+    """
+    mujoco compiler default asset mesh material worldbody body frame geom inertial joint freejoint robot
+    link visual collision origin geometry box sphere cylinder color mass inertia parent child
+    """.split()
+)
 """Elements that describe a rigid object; others are left out."""
-FOREIGN = {
-    "include",
-    "plugin",
-    "extension",
-    "attach",
-    "model",
-    "composite",
-    "flexcomp",
-    "replicate",
-    "hfield",
-    "skin",
-}
+FOREIGN = frozenset("include plugin extension attach model composite flexcomp replicate hfield skin".split())
 """Elements that pull in other files or code, or make what is no rigid body."""
-COMPILER = {
-    "angle",
-    "eulerseq",
-    "autolimits",
-    "balanceinertia",
-    "boundmass",
-    "boundinertia",
-    "settotalmass",
-    "inertiafromgeom",
-    "inertiagrouprange",
-    "exactmeshinertia",
-}
+COMPILER = frozenset(
+    """
+    angle eulerseq autolimits balanceinertia boundmass boundinertia settotalmass inertiafromgeom
+    inertiagrouprange exactmeshinertia
+    """.split()
+)
 
 
 def parse(content: bytes, name: str) -> ET.Element:
-    """The tree of an MJCF or URDF file.
+    """Parse an MJCF or URDF file.
 
     Raises:
         RefusedError: for what is too large, not XML, or asks for anything beyond one file.
@@ -174,7 +134,7 @@ def strip(tree: ET.Element, notes: list[str]) -> None:
 
 
 def settings(tree: ET.Element) -> dict[str, str]:
-    """Attributes of all ``compiler`` elements, later ones first."""
+    """Return the attributes of all ``compiler`` elements, later ones first."""
     found: dict[str, str] = {}
     for compiler in tree.findall("compiler"):
         found |= dict(compiler.items())

@@ -17,11 +17,10 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
+from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.importing.folder import RefusedError
 from grasp_bench.workshop.importing.repair import Mended, pieces
 from grasp_bench.workshop.shapes import Mesh
-
-Floats = NDArray[np.float64]
 
 WALL = 0.0016
 """Thickness given to bare surfaces [m]."""
@@ -32,7 +31,7 @@ GRID = 150
 
 
 def solidify(mesh: Mended) -> Mesh:
-    """The enclosed solid, simplified within :data:`TOLERANCE`; adds to the mesh's notes.
+    """Return the enclosed solid, simplified within :data:`TOLERANCE`; adds to the mesh's notes.
 
     Raises:
         RefusedError: where there is no volume.
@@ -57,7 +56,7 @@ def _manifold(vertices: Floats, faces: NDArray) -> m3.Manifold | None:
 
 
 def _closed(mesh: Mended) -> m3.Manifold | None:
-    """Union of the closed pieces, less those that face inwards; None where one is no manifold."""
+    """Unite the closed pieces, less those that face inwards; None where one is no manifold."""
     label = pieces(mesh.faces)
     whole, holes = [], []
     for i in range(label.max() + 1):
@@ -82,7 +81,7 @@ def _closed(mesh: Mended) -> m3.Manifold | None:
 
 
 def _rebuilt(mesh: Mended) -> m3.Manifold:
-    """The solid from distances on a grid."""
+    """Rebuild the solid from distances on a grid."""
     low, high = mesh.vertices.min(0), mesh.vertices.max(0)
     cell = max(0.0006, float((high - low).max()) / GRID)
     margin = 4 * cell + WALL
@@ -127,7 +126,7 @@ TETRAHEDRA = np.array(
 
 
 def isosurface(field: Floats) -> tuple[Floats, NDArray[np.int64]]:
-    """Closed surface between positive (inside) and negative samples, by marching tetrahedra.
+    """Return the closed surface between positive (inside) and negative samples, by marching tetrahedra.
 
     Args:
         field: (N, M, K) distances in cells, negative on the border.
@@ -172,7 +171,7 @@ def isosurface(field: Floats) -> tuple[Floats, NDArray[np.int64]]:
 
 
 def _samples(mesh: Mended, cell: float) -> tuple[Floats, NDArray[np.bool_]]:
-    """Points on the surface no farther apart than half a cell, and which lie on open pieces."""
+    """Return points on the surface no farther apart than half a cell, and which are on open pieces."""
     divided: Any = trimesh.remesh.subdivide_to_size(
         mesh.vertices, mesh.faces, 0.7 * cell, max_iter=40, return_index=True
     )

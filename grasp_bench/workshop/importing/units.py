@@ -18,13 +18,13 @@ DENSITIES = (15.0, 12_000.0)
 def choose_unit(
     extents: NDArray[np.float64], unit: str, mass: float | None, hull_volume: float
 ) -> tuple[str, str]:
-    """The unit and, where it was guessed, a note on that.
+    """Return the unit and, where it was guessed, a note on that.
 
     Args:
-        extents: (3,) in the file's unit.
+        extents: (3,) edges of the bounding box in the file's unit.
         unit: ``auto`` or a key of :data:`UNITS`.
-        mass: kilograms, if known: rules out units in which the density would be absurd.
-        hull_volume: of the convex hull, in the file's unit.
+        mass: that of the object, if known [kg]: rules out units in which the density would be absurd.
+        hull_volume: volume of the convex hull, in the file's unit.
 
     Raises:
         RefusedError: for sizes that are not sensible, in this or in any unit.
@@ -54,7 +54,7 @@ def choose_unit(
     )
     likely = weighed or possible
     # Metres are what scanners and robotics write, millimetres what CAD does; centimetres are rarer,
-    # and below 10 mm long a thing is rather that many centimetres.
+    # and what would be below 10 mm long is more likely in centimetres.
     order = ("m", "mm", "cm") if longest >= 10 else ("m", "cm", "mm")
     chosen = next(u for u in order if u in likely)
     others = [f"{u} would make it {1000 * longest * UNITS[u]:.0f} mm" for u in possible if u != chosen]

@@ -15,7 +15,7 @@ import numpy as np
 from grasp_bench.grasps import GraspMaps
 from grasp_bench.learning.data.framing import Frame, framed
 from grasp_bench.learning.data.rectangles import Collection, Sample
-from grasp_bench.learning.training.dataset import Scene, packed
+from grasp_bench.learning.data.scenes import Scene, packed
 
 MARGIN = 4 / 3
 """Side of a scene over side of the network's input."""
@@ -47,8 +47,8 @@ class RealScenes(Sequence[Scene]):
     """Scenes of some samples of a collection, read when first needed.
 
     Args:
-        collection: copy of a data set.
-        indices: of the samples.
+        collection: copy of a data set that holds the samples.
+        indices: which of its samples are meant.
         crop: side of the network's input [px].
     """
 
@@ -60,9 +60,7 @@ class RealScenes(Sequence[Scene]):
         return len(self._indices)
 
     def __getitem__(self, index: int) -> Scene:
-        if not -len(self) <= index < len(self):
-            raise IndexError(index)
-        index %= len(self)
+        index = range(len(self))[index]  # negative ones count from the end, others raise IndexError
         if index not in self._kept:
             sample = self._collection.load(self._collection.entries[self._indices[index]])
             scene = scene_from_sample(sample, self._collection.window, self._crop)

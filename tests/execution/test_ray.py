@@ -70,7 +70,7 @@ def test_a_cluster_of_which_a_node_dies_writes_the_bytes_of_one_machine(
 
 def test_a_node_with_other_objects_or_versions_refuses_to_work(settings: Settings) -> None:
     task = _task(settings, None)
-    task.stack["versions"]["mujoco"] = "3.99.0"
+    task.stack.versions["mujoco"] = "3.99.0"
     with pytest.raises(GraspBenchError, match=r"mujoco: 3\.99\.0 where the run was started, .* on this node"):
         _open_pool(task)
 

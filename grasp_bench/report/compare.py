@@ -64,19 +64,9 @@ def compare_all(runs: Sequence[RunResults]) -> list[Pair]:
             continue
         ends = [(results[i][key], results[j][key]) for key in common]
         only, other = ends.count((True, False)), ends.count((False, True))
-        pairs.append(
-            Pair(
-                i,
-                j,
-                ends.count((True, True)),
-                only,
-                other,
-                ends.count((False, False)),
-                mcnemar(only, other),
-                1.0,
-                tuple(key[0] for key, (a, b) in zip(common, ends, strict=True) if a != b),
-            )
-        )
+        both, neither = ends.count((True, True)), ends.count((False, False))
+        discordant = tuple(key[0] for key, (a, b) in zip(common, ends, strict=True) if a != b)
+        pairs.append(Pair(i, j, both, only, other, neither, mcnemar(only, other), 1.0, discordant))
     adjusted = holm([p.p_value for p in pairs])
     return [replace(p, adjusted=a) for p, a in zip(pairs, adjusted, strict=True)]
 

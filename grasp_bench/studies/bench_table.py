@@ -92,12 +92,7 @@ def compare(folders: Sequence[Path], reference: str = REFERENCE) -> dict[str, An
         if against is not None and run is not against:
             pairs = Comparison.of(against, run)
             shares = pairs.first_only / pairs.trials, pairs.second_only / pairs.trials
-            row |= {
-                "reference_only": pairs.first_only,
-                "this_only": pairs.second_only,
-                "p_value": pairs.p_value,
-                "trials_to_tell": trials_to_distinguish(*shares),
-            }
+            row |= _paired("reference", pairs) | {"trials_to_tell": trials_to_distinguish(*shares)}
         rows.append(row)
     _correct(rows)
     first = (against or runs[0]).info if runs else None
@@ -122,15 +117,15 @@ def _ablations(runs: Sequence[RunResults]) -> list[dict[str, Any]]:
         if (run := by_name.get(name)) is not None:
             row |= run.lifted.counts()
             if whole is not None and run is not whole:
-                pairs = Comparison.of(whole, run)
-                row |= {
-                    "whole_only": pairs.first_only,
-                    "this_only": pairs.second_only,
-                    "p_value": pairs.p_value,
-                }
+                row |= _paired("whole", Comparison.of(whole, run))
         rows.append(row)
     _correct(rows)
     return rows
+
+
+def _paired(first: str, pairs: Comparison) -> dict[str, Any]:
+    counts = {f"{first}_only": pairs.first_only, "this_only": pairs.second_only}
+    return counts | {"p_value": pairs.p_value}
 
 
 def _correct(rows: list[dict[str, Any]]) -> None:

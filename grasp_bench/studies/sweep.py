@@ -197,15 +197,5 @@ def _point(
         lost = sum(reference[t] and not won[t] for t in won)
         gained = sum(won[t] and not reference[t] for t in won)
         p = mcnemar(lost, gained)
-    return Point(
-        predictor,
-        value,
-        successes,
-        trials,
-        successes / trials,
-        *wilson(successes, trials),
-        lost,
-        gained,
-        p,
-        folder,
-    )
+    rate, (low, high) = successes / trials, wilson(successes, trials)
+    return Point(predictor, value, successes, trials, rate, low, high, lost, gained, p, folder)

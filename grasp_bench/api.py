@@ -1,4 +1,4 @@
-"""The Python API of a whole run; what ``grasp-bench run`` calls, too."""
+"""The Python API of a whole run, which ``grasp-bench run`` calls, too."""
 
 from __future__ import annotations
 
@@ -8,31 +8,30 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from grasp_bench.errors import GraspBenchError, PredictorError
+from grasp_bench.execution.executors import make_executor
+from grasp_bench.execution.runner import RunSummary
+from grasp_bench.execution.runner import run as run_trials
+from grasp_bench.media.modes import check_mode
+from grasp_bench.objects.catalog import Catalog, ObjectModel
+from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.report.run import Run
-from grasp_bench.runs.folder import RUN
-from grasp_bench.system.graphics import LIBRARIES, resolve_renderer, with_gl, without_gl
-
-if TYPE_CHECKING:
-    from grasp_bench.execution.runner import RunSummary
-    from grasp_bench.objects.catalog import Catalog, ObjectModel
-    from grasp_bench.predictors.protocol import Predictor
-    from grasp_bench.runs.jobs import Shard
-    from grasp_bench.runs.record import TrialRecord
-    from grasp_bench.scenario.sections import Scenario
+from grasp_bench.runs.info import RUN
+from grasp_bench.runs.jobs import WHOLE, Settings, Shard, spread
+from grasp_bench.runs.record import TrialRecord
+from grasp_bench.scenario.reading import load_scenario
+from grasp_bench.scenario.sections import Scenario
+from grasp_bench.system.graphics import prepare, resolve_renderer
+from grasp_bench.system.progress import Progress
 
 PathLike = str | os.PathLike[str]
-OnTrial = Callable[["TrialRecord", bool], None]
+OnTrial = Callable[[TrialRecord, bool], None]
 
 
 class FinishedRun(Run):
-    """A :class:`Run` that knows what the call that made it did.
-
-    Attributes:
-        summary: how many trials were found done and how many were added.
-    """
+    """A :class:`Run` with a ``summary`` of the call that made it: trials found done, and added."""
 
     def __init__(self, summary: RunSummary) -> None:
         super().__init__(summary.folder)
@@ -69,12 +68,12 @@ def run(
             address, ``"cmd: COMMAND --port {port}"``, a class, or an
             instance. Names, and classes that another process can import, run on worker processes. An
             instance, and a class defined in a script or notebook, is used in this process, one trial
-            after the other: no time limit guards it, and a crash in it is yours. What an instance was
-            made with is not in the record.
+            after the other, without a time limit; a crash in it ends this process. The arguments of an
+            instance are not in the record.
         scenario: a shipped scenario's name, the path of a YAML file, or a
             :class:`~grasp_bench.scenario.sections.Scenario`.
-        seed: of all that is random.
-        workers: processes; one for each core by default.
+        seed: seed of all random numbers.
+        workers: number of processes; one for each core by default.
         out: results folder; by default ``results/PREDICTOR-SCENARIO-seedN``. A predictor used in this
             process gets a fresh folder of that name (``-2``, ``-3`` …) each time, because its code may
             have changed; give ``out`` to go on with a run of it.
@@ -87,23 +86,14 @@ def run(
         shard: ``"i/N"``: only every N-th trial, from the i-th on; ``grasp-bench merge`` puts the N
             folders together.
         executor: ``"process"`` (this machine) or ``"ray"``.
-        ray_address: of a running Ray cluster, ``"auto"`` or ``"HOST:PORT"``; without one, Ray is
+        ray_address: ``"auto"`` or ``"HOST:PORT"`` of a running Ray cluster; without one, Ray is
             started on this machine.
-        memory_limit: of a worker [GiB]; by default its share of 80 % of the machine's.
+        memory_limit: most memory of a worker [GiB]; by default its share of 80 % of the machine's.
 
     Raises:
         GraspBenchError: before any trial starts, for anything wrong with the inputs.
     """
-    if renderer in LIBRARIES:
-        with_gl(renderer)
-    without_gl()
-    from grasp_bench.execution.executors import make_executor
-    from grasp_bench.execution.runner import run as run_trials
-    from grasp_bench.media.modes import check_mode
-    from grasp_bench.runs.jobs import Settings, Shard, spread
-    from grasp_bench.scenario.reading import load_scenario
-    from grasp_bench.scenario.sections import Scenario
-
+    prepare(renderer)
     if trials is not None and trials < 1:
         raise GraspBenchError(f"trials must be at least 1, not {trials}")
     if workers is not None and workers < 0:
@@ -145,11 +135,9 @@ def run(
             f"{name} exists in this process only and cannot be sent to {executor}; put its "
             "class into a module and name that."
         )
-    chosen_executor = (
-        None
-        if here is not None
-        else make_executor(executor, workers or 0, memory_limit=limit, ray_address=ray_address)
-    )
+    chosen_executor = None
+    if here is None:
+        chosen_executor = make_executor(executor, workers or 0, memory_limit=limit, ray_address=ray_address)
     with _reporting(progress, len(jobs)) as on_trial:
         summary = run_trials(settings, jobs, folder, 1, on_trial, here, chosen_executor)
     if rerun is not None:
@@ -160,7 +148,7 @@ def run(
 
 
 def load(folder: PathLike) -> Run:
-    """A run by its folder.
+    """Read a run by its folder.
 
     Raises:
         ResultsError: for a folder that holds no run, or a damaged one.
@@ -169,21 +157,17 @@ def load(folder: PathLike) -> Run:
 
 
 def load_object(name: str, folder: PathLike | None = None) -> ObjectModel:
-    """An object by name, its files verified; of the shipped 180 unless ``folder`` holds others.
+    """Read an object by name, its files verified; of the shipped 180 unless ``folder`` holds others.
 
     Raises:
         UnknownNameError: for an unknown name, with the nearest ones.
         AssetError: for files that are missing or changed.
     """
-    from grasp_bench.objects.catalog import Catalog
-
     return Catalog(None if folder is None else Path(folder)).load(name)
 
 
 def select_objects(objects: PathLike | Sequence[str]) -> tuple[Catalog, list[str]]:
-    """The catalogue and the names that ``objects`` means; see :func:`run`."""
-    from grasp_bench.objects.catalog import Catalog
-
+    """Return the catalogue and the names that ``objects`` means; see :func:`run`."""
     if not isinstance(objects, (str, os.PathLike)):
         return (catalog := Catalog()), catalog.select(",".join(objects))
     what = os.fspath(objects)
@@ -194,7 +178,7 @@ def select_objects(objects: PathLike | Sequence[str]) -> tuple[Catalog, list[str
 
 
 def named(predictor: str | type | Predictor) -> tuple[str, Predictor | None]:
-    """A predictor's name for the record, and the predictor itself if only this process has it."""
+    """Return a predictor's name for the record, and the predictor itself if only this process has it."""
     if isinstance(predictor, str):
         return predictor, None
     cls = predictor if isinstance(predictor, type) else type(predictor)
@@ -211,7 +195,7 @@ def named(predictor: str | type | Predictor) -> tuple[str, Predictor | None]:
 
 
 def _importable(cls: type) -> bool:
-    """Whether a fresh process can find a class by module and name."""
+    """Return whether a fresh process can find a class by module and name."""
     try:
         return getattr(importlib.import_module(cls.__module__), cls.__qualname__, None) is cls
     except ImportError:
@@ -219,13 +203,15 @@ def _importable(cls: type) -> bool:
 
 
 def default_folder(
-    predictor: str, scenario: str, seed: int, fresh: bool = False, shard: Shard | None = None
+    predictor: str, scenario: str, seed: int, fresh: bool = False, shard: Shard = WHOLE
 ) -> Path:
-    """``results/PREDICTOR-SCENARIO-seedN``, with ``-shardIofN`` for one; with ``fresh``, the first
-    such name that holds no run."""
+    """Return ``results/PREDICTOR-SCENARIO-seedN``, with ``-shardIofN`` for one of several shards.
+
+    With ``fresh``, a number is added if need be, so that the folder holds no run.
+    """
     plain = re.sub(r"[<>]", "", predictor.removeprefix("__main__:"))
     label = re.sub(r"[^\w.-]+", "-", plain).strip("-.")[:80]
-    part = f"-shard{shard.index}of{shard.count}" if shard is not None and shard.count > 1 else ""
+    part = f"-shard{shard.index}of{shard.count}" if shard.count > 1 else ""
     folder = Path("results") / f"{label}-{scenario}-seed{seed}{part}"
     candidate, number = folder, 1
     while fresh and (candidate / RUN).exists():
@@ -241,7 +227,5 @@ def _reporting(progress: bool | OnTrial, total: int) -> Iterator[OnTrial]:
     elif not progress:
         yield lambda record, resumed: None
     else:
-        from grasp_bench.system.progress import Progress
-
         with Progress(total) as bar:
             yield bar.update

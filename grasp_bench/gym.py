@@ -43,14 +43,14 @@ class GraspEnv(gymnasium.Env[Observation, Action]):
 
     *Reward*: 1 for ``success``, 0 for all else. ``info`` of :meth:`step` is the trial's record.
 
-    The 180 shipped objects are there to test on. To learn by trying, give a folder of other objects, or
-    the result says nothing of unknown ones.
+    The 180 shipped objects are for testing. Train on a folder of other objects, or the result says
+    nothing about unknown ones.
 
     Args:
         objects: as in :func:`grasp_bench.run`; each episode draws one.
         scenario: name, path or :class:`~grasp_bench.Scenario`.
         size: edge of the square that is seen [px]; the networks' 224 by default.
-        renderer: see :func:`grasp_bench.run`.
+        renderer: as in :func:`grasp_bench.run`.
         render_mode: ``rgb_array`` or None.
 
     Raises:
@@ -101,7 +101,7 @@ class GraspEnv(gymnasium.Env[Observation, Action]):
         """Put an object down and look.
 
         Args:
-            seed: of the sequence of episodes.
+            seed: seed of the sequence of episodes.
             options: ``{"object": NAME}`` and ``{"attempt": N}`` fix what is drawn otherwise.
 
         Returns:
@@ -141,14 +141,14 @@ class GraspEnv(gymnasium.Env[Observation, Action]):
         return self._observe(self._trial.image), float(record.success), True, False, record.to_json()
 
     def render(self) -> NDArray[np.uint8] | None:
-        """(H, W, 3) uint8: the whole scene as the camera sees it now, without noise."""
+        """Return (H, W, 3) uint8: the whole scene as the camera sees it now, without noise."""
         if self.render_mode != "rgb_array" or self._trial is None:
             return None
         world = self._trial.world
         return self._cell.camera.picture(world.model, world.data).rgb
 
     def grasp(self, action: Action) -> Grasp:
-        """The grasp in pixels of the whole image that an action (5,) means."""
+        """Return the grasp in pixels of the whole image that an action (5,) means."""
         x, y, sin2, cos2, width = (float(v) for v in np.clip(np.asarray(action, float), -1, 1))
         return Grasp(
             self._corner[0] + (x + 1) / 2 * self.size,
@@ -158,7 +158,7 @@ class GraspEnv(gymnasium.Env[Observation, Action]):
         )
 
     def action(self, grasp: Grasp) -> Action:
-        """The action (5,) float32 that means a grasp; clipped to what the action space reaches."""
+        """Return the action (5,) float32 that means a grasp; clipped to what the action space reaches."""
         return np.clip(
             [
                 2 * (grasp.x - self._corner[0]) / self.size - 1,
@@ -184,7 +184,7 @@ class GraspEnv(gymnasium.Env[Observation, Action]):
 
 
 class _Given:
-    """Proposes what it was given."""
+    """A predictor that proposes the grasps it was given."""
 
     def __init__(self, grasps: list[Grasp]) -> None:
         self._grasps = grasps

@@ -21,8 +21,9 @@ without_gl()
 
 from grasp_bench.doctor.physics.check import Check  # noqa: E402
 from grasp_bench.doctor.physics.reference import Watched  # noqa: E402
-from grasp_bench.doctor.physics.suite import Trials, judged, markdown, quick, trials  # noqa: E402
+from grasp_bench.doctor.physics.suite import QUICK, Trials, judged, markdown, trials  # noqa: E402
 from grasp_bench.robot.ec66 import EC66  # noqa: E402
+from grasp_bench.scenario.outcomes import Outcome  # noqa: E402
 from grasp_bench.scenario.reading import load_scenario  # noqa: E402
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -34,7 +35,7 @@ def measure(what: str) -> None:
     """Run the quick self-tests, or the reference trials, and keep the result in :data:`DATA`."""
     scenario = load_scenario("table4")
     if what == "checks":
-        result = [c.to_json() for c in track(quick(scenario), "Self-tests", total=None)]
+        result = [c.to_json() for test in track(QUICK, "Self-tests") for c in test(scenario)]
     else:
         done = trials(scenario, os.cpu_count() or 1)
         result = [_plain(runs) for runs in (done.whole, done.half)]
@@ -45,9 +46,9 @@ def measure(what: str) -> None:
 def _plain(runs: list[Watched]) -> list[dict[str, object]]:
     return [
         {
-            "object": w.record["object"],
-            "outcome": w.record["outcome"],
-            "success": w.record["success"],
+            "object": w.object,
+            "outcome": w.outcome,
+            "success": w.success,
             "torque": np.round(w.torque, 2).tolist(),
             "velocity": np.round(w.velocity, 3).tolist(),
         }
@@ -62,7 +63,11 @@ def load() -> tuple[list[Check], Trials | None]:
     if "trials" not in data:
         return checks, None
     whole, half = (
-        [Watched(w, np.array(w["torque"]), np.array(w["velocity"])) for w in runs] for runs in data["trials"]
+        [
+            Watched(w["object"], Outcome(w["outcome"]), np.array(w["torque"]), np.array(w["velocity"]))
+            for w in runs
+        ]
+        for runs in data["trials"]
     )
     done = Trials(whole, half)
     return [*checks, *judged(done)], done

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 import os
+import shlex
 import signal
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 os.environ.setdefault("MUJOCO_GL", "off")  # before anything imports MuJoCo
 os.environ["GRASP_BENCH_CACHE"] = tempfile.mkdtemp(prefix="grasp-bench-tests-")
@@ -14,6 +17,7 @@ os.environ["GRASP_BENCH_CACHE"] = tempfile.mkdtemp(prefix="grasp-bench-tests-")
 import pytest
 from hypothesis import settings
 
+from grasp_bench.cli import main
 from grasp_bench.objects.catalog import Catalog, ObjectModel
 from grasp_bench.planning.planner import Planner
 from grasp_bench.scenario.reading import load_scenario
@@ -57,6 +61,31 @@ TOYS = (
     ObjectSpec("bar", "bar", "tools", 0.18, "aluminium", "made up", _bar),
     ObjectSpec("pot", "pot", "kitchen", 0.22, "ceramic", "made up", _pot),
 )
+
+
+class Ended(NamedTuple):
+    code: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def cli(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> Callable[[str], Ended]:
+    """Runs ``grasp-bench`` with a line of arguments in this process, in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def call(line: str) -> Ended:
+        monkeypatch.setattr("sys.argv", ["grasp-bench", *shlex.split(line)])
+        with pytest.raises(SystemExit) as caught:
+            main()
+        code = caught.value.code
+        printed = capsys.readouterr()
+        return Ended(code if isinstance(code, int) else 0, printed.out, printed.err)
+
+    return call
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,6 @@
-"""The command line. Commands are thin: parse, call, print; heavy imports wait until needed.
+"""The command line. Commands are thin: parse, call, print.
+
+They import what brings NumPy only when they run, so that help and completion stay quick.
 
 Exit codes: 0 success · 1 the run finished, but with more harness errors than allowed ·
 2 bad input, nothing was measured or lost · 130 interrupted; the same command goes on.
@@ -7,10 +9,25 @@ Exit codes: 0 success · 1 the run finished, but with more harness errors than a
 from __future__ import annotations
 
 import sys
+from importlib.metadata import version as installed
 from typing import Annotated
 
 import typer
 
+from grasp_bench.cli.check import check_command
+from grasp_bench.cli.data import data_app
+from grasp_bench.cli.doctor import doctor_command
+from grasp_bench.cli.evaluate import bench_table_command, evaluate_command
+from grasp_bench.cli.leaderboard import leaderboard_app
+from grasp_bench.cli.merge import merge_command
+from grasp_bench.cli.objects import objects_app
+from grasp_bench.cli.predictors import predictors_app, serve_command
+from grasp_bench.cli.replay import replay_command
+from grasp_bench.cli.report import report_command
+from grasp_bench.cli.run import run_command
+from grasp_bench.cli.scenarios import scenarios_app
+from grasp_bench.cli.sweep import sweep_command
+from grasp_bench.cli.train import train_command
 from grasp_bench.errors import GraspBenchError
 
 app = typer.Typer(
@@ -27,9 +44,7 @@ app = typer.Typer(
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        from grasp_bench import __version__
-
-        typer.echo(f"grasp-bench {__version__}")
+        typer.echo(f"grasp-bench {installed('grasp-bench')}")
         raise typer.Exit
 
 
@@ -40,53 +55,29 @@ def common(
         typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit."),
     ] = False,
 ) -> None:
-    """Options of the command itself."""
+    """Take the options of the command itself."""
 
 
-def _register() -> None:
-    from grasp_bench.cli.check import check_command
-    from grasp_bench.cli.data import export_command, info_command, show_command, synth_command
-    from grasp_bench.cli.doctor import doctor_command
-    from grasp_bench.cli.evaluate import bench_table_command, evaluate_command
-    from grasp_bench.cli.leaderboard import leaderboard_app
-    from grasp_bench.cli.merge import merge_command
-    from grasp_bench.cli.objects import objects_app
-    from grasp_bench.cli.predictors import predictors_app, serve_command
-    from grasp_bench.cli.replay import replay_command
-    from grasp_bench.cli.report import report_command
-    from grasp_bench.cli.run import run_command
-    from grasp_bench.cli.scenarios import scenarios_app
-    from grasp_bench.cli.sweep import sweep_command
-    from grasp_bench.cli.train import train_command
-
-    app.command("run")(run_command)
-    app.command("report")(report_command)
-    app.add_typer(objects_app, name="objects")
-    app.add_typer(scenarios_app, name="scenarios")
-    app.add_typer(leaderboard_app, name="leaderboard")
-    app.add_typer(predictors_app, name="predictors")
-    app.command("serve")(serve_command)
-    data = typer.Typer(no_args_is_help=True, help="Make training data, and look at it.")
-    data.command("synth")(synth_command)
-    data.command("show")(show_command)
-    data.command("export")(export_command)
-    data.command("info")(info_command)
-    app.add_typer(data, name="data")
-    app.command("sweep")(sweep_command)
-    app.command("train")(train_command)
-    app.command("evaluate")(evaluate_command)
-    app.command("bench-table")(bench_table_command)
-    app.command("replay")(replay_command)
-    app.command("doctor")(doctor_command)
-    app.command("merge")(merge_command)
-    app.command("check")(check_command)
-
-
-_register()
+app.command("run")(run_command)
+app.command("report")(report_command)
+app.add_typer(objects_app, name="objects")
+app.add_typer(scenarios_app, name="scenarios")
+app.add_typer(leaderboard_app, name="leaderboard")
+app.add_typer(predictors_app, name="predictors")
+app.command("serve")(serve_command)
+app.add_typer(data_app, name="data")
+app.command("sweep")(sweep_command)
+app.command("train")(train_command)
+app.command("evaluate")(evaluate_command)
+app.command("bench-table")(bench_table_command)
+app.command("replay")(replay_command)
+app.command("doctor")(doctor_command)
+app.command("merge")(merge_command)
+app.command("check")(check_command)
 
 
 def main() -> None:
-    """Entry point: one clear line for what is wrong, never a traceback for bad input."""
+    """Run the command line: one clear line for what is wrong, never a traceback for bad input."""
     try:
         app(prog_name="grasp-bench")
     except GraspBenchError as error:

@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from grasp_bench.errors import GraspBenchError
+
 
 def check_command(
     new: Annotated[Path, typer.Argument(help="Folder of the new run.")],
@@ -35,7 +37,7 @@ def check_command(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
-    """Did the success rate drop? Compares two runs of the same trials, pair by pair.
+    """Compare two runs of the same trials, pair by pair: did the success rate drop?
 
     [bold]no regression[/bold] (exit 0): a drop of the margin or more is excluded at level alpha, by the lower
     limit of Tango's score interval for paired rates.
@@ -43,8 +45,8 @@ def check_command(
     [bold]regression[/bold] (exit 1): not so, and a drop is proven at level alpha, by McNemar's exact
     one-sided test.
 
-    [bold]inconclusive[/bold] (exit 0; 1 with --strict): neither. So many trials can neither prove a drop nor
-    exclude one of the margin; the power that is printed says what they can see.
+    [bold]inconclusive[/bold] (exit 0; 1 with --strict): neither. The trials are too few to prove a drop or
+    to exclude one of the margin; the power that is printed says what they can show.
 
     With --exact: [bold]identical[/bold] (exit 0) or [bold]different[/bold] (exit 1).
 
@@ -52,7 +54,6 @@ def check_command(
 
     Example: grasp-bench check results/new --baseline results/old
     """
-    from grasp_bench.errors import GraspBenchError
     from grasp_bench.report.gate import Verdict, check
     from grasp_bench.report.gate_text import as_junit, as_markdown, as_text
 

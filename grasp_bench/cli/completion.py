@@ -1,10 +1,11 @@
-"""What the shell offers for names: predictors, scenarios, objects and categories."""
+"""Completion of names in the shell: predictors, scenarios, objects and categories."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
 from grasp_bench.errors import GraspBenchError
+from grasp_bench.predictors.shipped import SHIPPED
 
 
 def _starting(incomplete: str, names: Iterable[str]) -> list[str]:
@@ -12,21 +13,19 @@ def _starting(incomplete: str, names: Iterable[str]) -> list[str]:
 
 
 def predictors(incomplete: str) -> list[str]:
-    """Shipped predictors that start so."""
-    from grasp_bench.predictors.shipped import SHIPPED
-
+    """Return the shipped predictors that begin with ``incomplete``."""
     return _starting(incomplete, SHIPPED)
 
 
 def scenarios(incomplete: str) -> list[str]:
-    """Shipped scenarios that start so."""
+    """Return the shipped scenarios that begin with ``incomplete``."""
     from grasp_bench.scenario.reading import scenario_names
 
     return _starting(incomplete, scenario_names())
 
 
 def objects(incomplete: str) -> list[str]:
-    """Objects and categories that go on so; in a comma-separated list, its last word."""
+    """Return the objects and categories that complete the last word of a comma-separated list."""
     from grasp_bench.objects.catalog import Catalog
 
     before, comma, last = incomplete.rpartition(",")

@@ -1,4 +1,4 @@
-"""``grasp-bench data``: generates synthetic training scenes and shows samples of them."""
+"""``grasp-bench data``: make training data, and look at it."""
 
 from __future__ import annotations
 
@@ -7,9 +7,14 @@ from typing import Annotated, Any, Literal
 
 import typer
 
+from grasp_bench.system.progress import counting
 
+data_app = typer.Typer(no_args_is_help=True, help="Make training data, and look at it.")
+
+
+@data_app.command("synth")
 def synth_command(
-    scenes: Annotated[int, typer.Option(help="Scenes that the folder shall hold.", min=1)] = 1000,
+    scenes: Annotated[int, typer.Option(help="Number of scenes in the folder.", min=1)] = 1000,
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder of the data set.")] = Path("data/synth"),
     seed: Annotated[int, typer.Option(help="Seed; the same seed gives the same scenes.", min=0)] = 1,
     workers: Annotated[int, typer.Option(help="Processes.", min=1)] = 2,
@@ -20,23 +25,15 @@ def synth_command(
     The same command goes on where a stopped one ended; scenes already there are kept.
     """
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     from grasp_bench.learning.data.generate import calibration, generate
     from grasp_bench.learning.data.synthetic import SynthConfig
 
     console = Console()
-    columns = (
-        TextColumn("scenes"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[state]}"),
-    )
     tally = {"there": 0, "made": 0, "tries": 0}
     config = SynthConfig(tries=tries)
-    with Progress(*columns, console=console) as progress:
-        task = progress.add_task("", total=scenes, state="")
+    with counting(console) as progress:
+        task = progress.add_task("scenes", total=scenes, state="")
 
         def report(entry: dict[str, Any] | None, fresh: bool) -> None:
             tally["there"] += entry is not None
@@ -61,6 +58,7 @@ def synth_command(
         console.print(f"  up to {edge:.1f}: {100 * share:5.1f} % of {count}")
 
 
+@data_app.command("show")
 def show_command(
     folder: Annotated[Path, typer.Argument(help="Folder of a data set.")],
     count: Annotated[int, typer.Option(help="Scenes to show.", min=1)] = 8,
@@ -76,6 +74,7 @@ def show_command(
     typer.echo(f"{out}: scenes {', '.join(shown)}")
 
 
+@data_app.command("export")
 def export_command(
     folder: Annotated[Path, typer.Argument(help="Folder of generated scenes.")],
     out: Annotated[Path, typer.Argument(help="Folder to write.")],
@@ -98,6 +97,7 @@ def export_command(
     )
 
 
+@data_app.command("info")
 def info_command(
     folder: Annotated[Path, typer.Argument(help="Root of a Cornell or Jacquard copy.")],
     folds: Annotated[int, typer.Option(help="Folds to make by objects, to show how.", min=1)] = 5,

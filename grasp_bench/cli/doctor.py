@@ -1,4 +1,4 @@
-"""``grasp-bench doctor``: is this machine fit to measure, and does a finished run repeat on it?"""
+"""``grasp-bench doctor``: check the machine, or whether a finished run repeats on it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from grasp_bench.system.graphics import LIBRARIES, with_gl, without_gl
+from grasp_bench.doctor.checks import healthy, show
+from grasp_bench.system.graphics import prepare, without_gl
 
 
 def doctor_command(
@@ -48,8 +49,6 @@ def doctor_command(
         raise typer.Exit(0 if check_physics(full, as_json) else 1)
     from rich.console import Console
 
-    from grasp_bench.doctor.checks import healthy, show
-
     if run is None:
         without_gl()
         from grasp_bench.doctor.environment import check_environment
@@ -58,10 +57,7 @@ def doctor_command(
     else:
         from grasp_bench.runs.folder import load_run
 
-        renderer = load_run(run).renderer
-        if renderer in LIBRARIES:
-            with_gl(renderer)
-        without_gl()
+        prepare(load_run(run).renderer)
         from grasp_bench.doctor.rerun import rerun
         from grasp_bench.execution.executors import make_executor
 

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 
+from grasp_bench.cli.output import put
+from grasp_bench.errors import GraspBenchError
+from grasp_bench.learning.training.config import TrainConfig
+from grasp_bench.networks.registry import info
+from grasp_bench.networks.store import shipped_file
 from grasp_bench.runs.evaluation import AnyDataset, Protocol, Record, Split
-
-if TYPE_CHECKING:
-    from grasp_bench.learning.evaluation.fold_training import Training
 
 Format = Literal["table", "markdown", "json"]
 
@@ -39,7 +40,7 @@ def evaluate_command(
     fold: Annotated[int | None, typer.Option(help="Evaluate this fold alone, from 1.", min=1)] = None,
     weights: Annotated[Path | None, typer.Option(help="Weights instead of the shipped ones.")] = None,
     depth: Annotated[Literal["perfect", "stereo"], typer.Option(help="Depth of Jacquard.")] = "perfect",
-    seed: Annotated[int, typer.Option(help="Of the folds, and of the training.", min=0)] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of the folds and of the training.", min=0)] = 0,
     train_steps: Annotated[
         int,
         typer.Option(
@@ -70,6 +71,7 @@ def evaluate_command(
     from rich.console import Console
 
     from grasp_bench.learning.evaluation.evaluate import Question, evaluate
+    from grasp_bench.learning.evaluation.fold_training import Training
     from grasp_bench.report.accuracy import accuracy_table, summary
     from grasp_bench.report.tables import markdown, show
 
@@ -77,10 +79,23 @@ def evaluate_command(
     question = Question(predictor, dataset, root, split, protocol, folds, fold, weights, depth, seed)
     training = None
     if train_steps:
-        where = runs or Path("runs") / f"evaluate-{dataset}-{predictor}"
-        training = _training(
-            predictor, train_steps, init, weights, data or [], real_share, batch, lr, seed, threads, where
+        info(predictor)  # only networks can be trained; the error lists them
+        if weights is not None:
+            raise GraspBenchError("--weights is evaluated as it is; with --train-steps, give it as --init.")
+        begin = {"shipped": shipped_file(predictor).path, "none": None}.get(init, Path(init))
+        config = TrainConfig(
+            network=predictor,
+            steps=train_steps,
+            batch=batch,
+            lr=lr,
+            seed=seed,
+            threads=threads,
+            warmup=min(20, train_steps),
+            checkpoint_every=train_steps,
+            validate_every=train_steps,
         )
+        where = runs or Path("runs") / f"evaluate-{dataset}-{predictor}"
+        training = Training(config, begin, data or [], real_share, where)
     tally = {"done": 0, "correct": 0}
     with console.status("Evaluating …") as status:
 
@@ -102,60 +117,25 @@ def evaluate_command(
         show([table], console)
 
 
-def _training(
-    predictor: str,
-    steps: int,
-    init: str,
-    weights: Path | None,
-    data: list[Path],
-    real_share: float,
-    batch: int,
-    lr: float,
-    seed: int,
-    threads: int,
-    out: Path,
-) -> Training:
-    from grasp_bench.errors import GraspBenchError
-    from grasp_bench.learning.evaluation.fold_training import Training
-    from grasp_bench.learning.training.config import TrainConfig
-    from grasp_bench.networks.registry import info
-    from grasp_bench.networks.store import shipped_file
-
-    info(predictor)  # only networks can be trained; the error lists them
-    if weights is not None:
-        raise GraspBenchError("--weights is evaluated as it is; with --train-steps, give it as --init.")
-    begin = {"shipped": shipped_file(predictor).path, "none": None}.get(init, Path(init))
-    config = TrainConfig(
-        network=predictor,
-        steps=steps,
-        batch=batch,
-        lr=lr,
-        seed=seed,
-        threads=threads,
-        warmup=min(20, steps),
-        checkpoint_every=steps,
-        validate_every=steps,
-    )
-    return Training(config, begin, data, real_share, out)
-
-
 def bench_table_command(
     folder: Annotated[
-        Path, typer.Option(help="Holds a run for each predictor; runs that are there are finished or kept.")
+        Path, typer.Option(help="Holds a run for each predictor; unfinished ones are continued.")
     ] = Path("results/bench"),
     predictors: Annotated[
         str | None,
         typer.Option(help="Names, comma-separated; by default all shipped ones whose weights are installed."),
     ] = None,
     trials: Annotated[
-        int | None, typer.Option(help="Trials of each; by default one for each object.", min=1)
+        int | None, typer.Option(help="Trials for each; by default one for each object.", min=1)
     ] = None,
     scenario: Annotated[str, typer.Option(help="A shipped scenario, or the path of a YAML file.")] = "table4",
-    seed: Annotated[int, typer.Option(help="Of all that is random.", min=0)] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of all that is random.", min=0)] = 0,
     workers: Annotated[
         int | None, typer.Option(help="Processes; by default one for each core.", min=1)
     ] = None,
-    reference: Annotated[str, typer.Option(help="What the others are compared with.")] = "htc-grasp",
+    reference: Annotated[
+        str, typer.Option(help="Predictor that the others are compared with.")
+    ] = "htc-grasp",
     evaluations: Annotated[
         Path, typer.Option(help="Results of `grasp-bench evaluate --out`, for Tables 1 to 3.")
     ] = Path("results/evaluation"),
@@ -169,7 +149,6 @@ def bench_table_command(
     """
     from rich.console import Console
 
-    from grasp_bench.report.tables import as_text, markdown, show
     from grasp_bench.studies import bench_table as bench
 
     progress = Console(stderr=True)
@@ -184,19 +163,7 @@ def bench_table_command(
             progress.print(f"[yellow]{missing} left out: its weights are not installed.[/yellow]")
     comparison = bench.compare(bench.run_folders(folder), reference)
     results = bench.read_evaluations(evaluations)
-    made = bench.tables(comparison, results)
-    if fmt == "table" and out is None:
-        show(made, Console())
-        return
-    if fmt == "json":
-        short = [r.model_dump(mode="json", exclude={"records"}) for r in results]
-        text = json.dumps(comparison | {"evaluations": short}, indent=1, ensure_ascii=False) + "\n"
-    else:
-        text = markdown(made) if fmt == "markdown" else as_text(made)
-    if out is None:
-        typer.echo(text, nl=False)
-    else:
-        from grasp_bench.system.integrity import write_whole
-
+    short = [r.model_dump(mode="json", exclude={"records"}) for r in results]
+    if out is not None:
         out.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(out, text.encode())
+    put(bench.tables(comparison, results), comparison | {"evaluations": short}, fmt, out)

@@ -1,4 +1,4 @@
-"""``grasp-bench leaderboard``: check a run that shall become a row, and print the table."""
+"""``grasp-bench leaderboard``: check a run for the leaderboard, and print the table."""
 
 from __future__ import annotations
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from grasp_bench.cli.objects_import import import_command
+from grasp_bench.errors import AssetError, UnknownNameError
 from grasp_bench.system.graphics import with_gl, without_gl
 
 objects_app = typer.Typer(no_args_is_help=True, help="List, show, verify, picture, build and import objects.")
@@ -37,10 +39,8 @@ def list_objects(
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(
-        header_style="bold",
-        title=f"{len(entries)} objects in {len({e['category'] for e in entries})} categories",
-    )
+    title = f"{len(entries)} objects in {len({e['category'] for e in entries})} categories"
+    table = Table(header_style="bold", title=title)
     for name in ("Name", "Category", "Mass [g]", "Size [mm]", "Material", "Hulls"):
         table.add_column(name, justify="right" if name in ("Mass [g]", "Size [mm]", "Hulls") else "left")
     for e in entries:
@@ -101,7 +101,6 @@ def show(
 @objects_app.command()
 def verify(folder: Folder = None) -> None:
     """Check every file against the manifest's SHA-256, and that every mesh loads."""
-    from grasp_bench.errors import AssetError
     from grasp_bench.objects.catalog import Catalog
 
     catalog = Catalog(folder)
@@ -149,10 +148,7 @@ def build(
     Takes minutes to hours; objects that have not changed are skipped, a killed build goes on.
     """
     without_gl()
-    import os
-
     import grasp_bench.workshop.household  # noqa: F401  (registers the objects)
-    from grasp_bench.errors import UnknownNameError
     from grasp_bench.workshop.build import build_all, write_manifest
     from grasp_bench.workshop.model import REGISTRY
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -20,7 +22,7 @@ def import_command(
     units: Annotated[str, typer.Option(help="m, cm, mm or auto.")] = "auto",
     mass: Annotated[float | None, typer.Option(help="Mass of the object [kg].")] = None,
     density: Annotated[float | None, typer.Option(help="Density instead of a mass [kg/m³].")] = None,
-    masses: Annotated[Path | None, typer.Option(help="CSV with a line name,mass_kg an object.")] = None,
+    masses: Annotated[Path | None, typer.Option(help="CSV with a line name,mass_kg for each object.")] = None,
     friction: Annotated[float, typer.Option(help="Friction against the finger pads.")] = 0.6,
     name: Annotated[str | None, typer.Option(help="Name of a single object.")] = None,
     category: Annotated[str | None, typer.Option(help="Category; the object's name by default.")] = None,
@@ -41,10 +43,7 @@ def import_command(
     and exit code 1. The same command again goes on where it stopped. See docs/import.md.
     """
     without_gl()
-    import json
-    import os
-
-    from rich import console as rich_console
+    from rich.console import Console
     from rich.progress import Progress
 
     from grasp_bench.workshop.build import write_manifest
@@ -66,7 +65,7 @@ def import_command(
         inertia=inertia,
         holes=holes,
     )
-    console = rich_console.Console(stderr=as_json)
+    console = Console(stderr=as_json)
     reports: list[Report] = []
     with Progress(console=console) as bar:
         task = bar.add_task("Importing", total=len(jobs))
@@ -76,19 +75,16 @@ def import_command(
             _tell(report, bar.console)
     count = write_manifest(out)
     if as_json:
-        typer.echo(
-            json.dumps(
-                [
-                    {
-                        "name": r.name,
-                        "status": r.status,
-                        "why": r.why,
-                        "notes": r.details.get("import", {}).get("notes", []),
-                    }
-                    for r in reports
-                ]
-            )
-        )
+        told = [
+            {
+                "name": r.name,
+                "status": r.status,
+                "why": r.why,
+                "notes": r.details.get("import", {}).get("notes", []),
+            }
+            for r in reports
+        ]
+        typer.echo(json.dumps(told))
     failed = sum(r.status == "failed" for r in reports)
     console.print(
         f"{len(reports) - failed} of {len(reports)} objects imported; {out} holds {count}. "
@@ -100,7 +96,7 @@ def import_command(
 
 
 def _tell(report: Report, console: Console) -> None:
-    """One object's findings."""
+    """Print what came of one object."""
     if report.status == "failed":
         console.print(f"[red]{report.name}: not imported[/red]: {report.why}", soft_wrap=True)
         return

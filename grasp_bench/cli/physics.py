@@ -9,11 +9,9 @@ import typer
 
 
 def check_physics(full: bool, as_json: bool) -> bool:
-    """Run the self-tests, print them, and say whether all passed.
+    """Run the self-tests, print them as a table or JSON, and return whether all passed.
 
-    Args:
-        full: with the oracle's trials of all objects, twice.
-        as_json: print JSON instead of a table.
+    ``full`` adds the oracle's trials of all objects, twice.
     """
     from rich.console import Console
     from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn

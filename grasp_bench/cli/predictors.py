@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from typing import Annotated, Any
 
 import typer
 
+from grasp_bench.predictors.names import installed
+from grasp_bench.predictors.shipped import SHIPPED
+from grasp_bench.predictors.use import in_use
 from grasp_bench.system.graphics import without_gl
 
 predictors_app = typer.Typer(help="List predictors, and check whether one keeps to the protocol.")
@@ -26,9 +30,6 @@ def list_predictors(context: typer.Context, as_json: AsJson = False) -> None:
     """List the shipped predictors and controls, and those of installed packages."""
     if context.invoked_subcommand is not None:
         return
-    from grasp_bench.predictors.names import installed
-    from grasp_bench.predictors.shipped import SHIPPED
-
     rows: list[dict[str, Any]] = []
 
     def add(name: str, kind: str, summary: str) -> None:
@@ -72,29 +73,21 @@ def check_predictor(name: Name, as_json: AsJson = False) -> None:
     """
     without_gl()
     from grasp_bench.doctor.conformance import check, samples
-    from grasp_bench.predictors.use import in_use
 
     with in_use(name) as predictor:
         rows = check(predictor, samples())
     failed = sum(row.failed for row in rows)
     if as_json:
-        typer.echo(
-            json.dumps(
-                {
-                    "predictor": name,
-                    "passed": not failed,
-                    "images": [
-                        {
-                            "image": r.sample,
-                            "grasps": r.grasps,
-                            "seconds": round(r.seconds, 4),
-                            "findings": [{"level": f.level, "text": f.text} for f in r.findings],
-                        }
-                        for r in rows
-                    ],
-                }
-            )
-        )
+        images = [
+            {
+                "image": r.sample,
+                "grasps": r.grasps,
+                "seconds": round(r.seconds, 4),
+                "findings": [asdict(f) for f in r.findings],
+            }
+            for r in rows
+        ]
+        typer.echo(json.dumps({"predictor": name, "passed": not failed, "images": images}))
     else:
         from rich.console import Console
         from rich.markup import escape

@@ -1,4 +1,4 @@
-"""``grasp-bench replay``: does a recorded trial or episode again, verifies it, tells it, and shows it."""
+"""``grasp-bench replay``: do a recorded trial or episode again, verify it, tell it, and show it."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ from typing import Annotated
 import typer
 
 from grasp_bench.errors import GraspBenchError
-from grasp_bench.system.graphics import LIBRARIES, VARIABLE, with_gl, without_gl
+from grasp_bench.system.graphics import LIBRARIES, VARIABLE, prepare, with_gl
+from grasp_bench.system.machine import THREADS
 
 
 def replay_command(
     run: Annotated[Path, typer.Argument(help="A run's folder.")],
     trial: Annotated[int, typer.Option(min=0, help="Number of the trial.")],
     attempt: Annotated[
-        int | None, typer.Option(min=0, help="Of an episode of clutter: tell and show this attempt only.")
+        int | None, typer.Option(min=0, help="In an episode of clutter, the only attempt to tell and show.")
     ] = None,
     video: Annotated[
         Path | None, typer.Option(help="Write a film: .mp4 and .webm (extra `video`), .gif or .webp.")
@@ -29,7 +30,7 @@ def replay_command(
     rerun: Annotated[
         Path | None, typer.Option(help="Write a Rerun recording, FILE.rrd (extra `rerun`).")
     ] = None,
-    port: Annotated[int, typer.Option(min=1, max=65535, help="Of the web page.")] = 8080,
+    port: Annotated[int, typer.Option(min=1, max=65535, help="Port of the web page.")] = 8080,
     opengl: Annotated[
         bool,
         typer.Option("--opengl", help="Draw the film with OpenGL (EGL or OSMesa) instead of casting rays."),
@@ -46,8 +47,6 @@ def replay_command(
 
     Example: grasp-bench replay results/reference/htc-grasp --trial 2 --video trial.webp
     """
-    from grasp_bench.system.machine import THREADS
-
     for name in THREADS:  # before NumPy is imported: as in a run's workers
         os.environ.setdefault(name, "1")
     from grasp_bench.runs.folder import load_run
@@ -104,7 +103,7 @@ def replay_command(
 
 
 def _choose_graphics(renderer: str, viewer: bool, opengl: bool) -> None:
-    """Which OpenGL MuJoCo may load: that of the run's images, of the film, of a window, or none."""
+    """Choose the OpenGL that MuJoCo may load: that of the run's images, of the film, of a window, or none."""
     if viewer:
         if renderer in LIBRARIES:
             raise GraspBenchError(
@@ -116,9 +115,7 @@ def _choose_graphics(renderer: str, viewer: bool, opengl: bool) -> None:
         from grasp_bench.replay.viewer import check_display
 
         check_display()
-    elif renderer in LIBRARIES:
-        with_gl(renderer)
-    elif opengl:
+    elif opengl and renderer not in LIBRARIES:
         with_gl()
     else:
-        without_gl()
+        prepare(renderer)

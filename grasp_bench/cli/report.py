@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from grasp_bench.errors import GraspBenchError
+from grasp_bench.cli.output import put
+from grasp_bench.errors import UnknownNameError
 
 
 def report_command(
@@ -37,9 +37,7 @@ def report_command(
     ] = None,
 ) -> None:
     """Print Table 4 of the paper with the runs of FOLDER beside it, and how their trials ended."""
-    from grasp_bench.errors import UnknownNameError
     from grasp_bench.report.table4 import build_report
-    from grasp_bench.report.tables import as_text, markdown, show
     from grasp_bench.runs.folder import find_runs
 
     formats = ("table", "markdown", "json", "html")
@@ -56,19 +54,4 @@ def report_command(
         typer.echo(describe(written))
         return
     content = build_report(find_runs(folder), folder)
-    if fmt == "table" and out is None:
-        from rich.console import Console
-
-        show(content.tables(), Console())
-        return
-    if fmt == "json":
-        text = json.dumps(content.to_json(), indent=1, ensure_ascii=False) + "\n"
-    else:
-        text = markdown(content.tables()) if fmt == "markdown" else as_text(content.tables())
-    if out is None:
-        typer.echo(text, nl=False)
-    else:
-        try:
-            out.write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise GraspBenchError(f"{out} cannot be written ({error.strerror}).") from error
+    put(content.tables(), content.to_json(), fmt, out)

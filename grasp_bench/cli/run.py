@@ -9,6 +9,9 @@ from typing import Annotated
 import typer
 
 from grasp_bench.cli import completion
+from grasp_bench.runs.limits import ErrorLimit
+from grasp_bench.system.interrupts import terminate_as_interrupt
+from grasp_bench.system.progress import Progress
 
 
 def run_command(
@@ -99,9 +102,6 @@ def run_command(
     from grasp_bench.report.clutter import in_words
     from grasp_bench.report.summary import Summary
     from grasp_bench.runs.jobs import Shard, spread
-    from grasp_bench.runs.limits import ErrorLimit
-    from grasp_bench.system.interrupts import terminate_as_interrupt
-    from grasp_bench.system.progress import Progress
 
     console = Console(quiet=quiet or as_json)
     allowed = ErrorLimit.parse(max_errors)

@@ -1,4 +1,4 @@
-"""``grasp-bench scenarios``: which there are, and every value of one."""
+"""``grasp-bench scenarios``: list the shipped ones, and show every value of one."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import json
 from typing import Annotated
 
 import typer
+import yaml
 
 scenarios_app = typer.Typer(invoke_without_command=True, help="List scenarios, and show what they hold.")
 
@@ -45,8 +46,6 @@ def show_command(
     as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """Print all values of a scenario, inherited ones and presets resolved."""
-    import yaml
-
     from grasp_bench.scenario.reading import load_scenario
 
     values = load_scenario(name).model_dump(mode="json")
@@ -59,7 +58,7 @@ def show_command(
 
 
 def _difference(values: dict, reference: dict) -> dict:
-    """What differs from the reference, section by section."""
+    """Return what differs from the reference, section by section."""
     different = {}
     for key, value in values.items():
         other = reference.get(key)

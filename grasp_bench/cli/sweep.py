@@ -26,7 +26,7 @@ def sweep_command(
     trials: Annotated[
         int | None, typer.Option(min=1, help="Trials for each value; by default every object once.")
     ] = None,
-    scenario: Annotated[str, typer.Option(help="That all other values come from.")] = "table4",
+    scenario: Annotated[str, typer.Option(help="Scenario that all other values come from.")] = "table4",
     seed: Annotated[int, typer.Option(min=0, help="Seed of all that is random.")] = 0,
     workers: Annotated[int, typer.Option(min=0, help="Processes; 0 takes one for each core.")] = 0,
     out: Annotated[
@@ -61,7 +61,7 @@ def sweep_command(
             trials=trials,
             seed=seed,
             workers=workers or None,
-            progress=lambda words, record, _: status.update(f"{words}: trial {record['trial']}"),
+            progress=lambda words, record, _: status.update(f"{words}: trial {record.trial}"),
         )
     written = save(done, folder)
     if as_json:
@@ -72,7 +72,7 @@ def sweep_command(
 
 
 def as_table(done: Sweep) -> Table:
-    """The points as a table for the terminal."""
+    """Return the points as a table for the terminal."""
     from rich.table import Table
 
     from grasp_bench.studies.sweep_chart import words

@@ -1,4 +1,4 @@
-"""``grasp-bench train``: trains a network, resumes, and exports weights with a model card."""
+"""``grasp-bench train``: train a network, resume, and export weights with a model card."""
 
 from __future__ import annotations
 
@@ -9,8 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from annotated_types import Ge
+from pydantic import ValidationError
 
 from grasp_bench.learning.training.config import TrainConfig
+from grasp_bench.learning.training.log import training_seconds
+from grasp_bench.networks.registry import info, input_kind
+from grasp_bench.networks.store import WeightsFile, shipped_file
+from grasp_bench.system.progress import counting
 
 if TYPE_CHECKING:
     from grasp_bench.learning.data.scenes import SceneSet
@@ -69,7 +74,6 @@ def train_command(
 
     from grasp_bench.learning.data.folds import parse_holdout
     from grasp_bench.learning.training.sources import Source, gather
-    from grasp_bench.networks.registry import info
 
     console = Console()
     config, begin = read_settings(settings)
@@ -93,10 +97,6 @@ def read_settings(typed: dict[str, Any]) -> tuple[TrainConfig, Path | None]:
         typer.BadParameter: naming the option that is out of its range.
         UnknownNameError, AssetError: for networks and weights that are not there.
     """
-    from pydantic import ValidationError
-
-    from grasp_bench.networks.registry import input_kind
-
     usual = TrainConfig()
     network, init = typed.get("network", usual.network), typed.get("init")
     input_kind(network, typed.get("input"))
@@ -112,8 +112,6 @@ def read_settings(typed: dict[str, Any]) -> tuple[TrainConfig, Path | None]:
 
 def _initial(predictor: str, init: str | None) -> tuple[Path | None, str | None]:
     """Return the file that ``--init`` names, and what the settings say of it."""
-    from grasp_bench.networks.store import WeightsFile, shipped_file
-
     if init is None:
         return None, None
     file = shipped_file(predictor) if init == "shipped" else WeightsFile(Path(init))
@@ -123,19 +121,10 @@ def _initial(predictor: str, init: str | None) -> tuple[Path | None, str | None]
 def _train_with_progress(
     config: TrainConfig, scenes: SceneSet, out: Path, console, init: Path | None
 ) -> Trained:
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
     from grasp_bench.learning.training.loop import train
 
-    columns = (
-        TextColumn("{task.fields[name]}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[state]}"),
-    )
-    with Progress(*columns, console=console) as progress:
-        task = progress.add_task("", total=config.steps, name=config.network, state="")
+    with counting(console) as progress:
+        task = progress.add_task(config.network, total=config.steps, state="")
 
         def report(done, figures, accuracy) -> None:
             progress.update(
@@ -154,8 +143,6 @@ def _store(
 ) -> Path:
     """Write weights and card into ``out``; with ``export`` into the assets too, listed in the manifest."""
     from grasp_bench.learning.training.card import model_card, provenance
-    from grasp_bench.learning.training.log import training_seconds
-    from grasp_bench.networks.store import shipped_file
     from grasp_bench.networks.weights import save
 
     seconds = training_seconds(out / "log.jsonl", config.batch)

@@ -1,1 +1,1 @@
-"""Is this machine, run, predictor or physics fit?"""
+"""Self-checks of the machine, a run, a predictor and the physics."""

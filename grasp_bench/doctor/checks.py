@@ -1,4 +1,4 @@
-"""What a self-check found: a few lines, each with a state and what it means."""
+"""The findings of a self-check: a few lines, each with a state and what it means."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class State(StrEnum):
-    """How a check ended."""
+    """Verdict of a check."""
 
     OK = "ok"
     NOTE = "note"
@@ -21,25 +21,19 @@ class State(StrEnum):
 
 @dataclass(frozen=True)
 class Check:
-    """One thing looked at.
-
-    Attributes:
-        name: what was looked at.
-        state: how it is.
-        detail: what was found, and what that means where it is not ok.
-    """
+    """One finding: what was looked at, its state, and what that means where it is not ok."""
 
     name: str
     state: State
     detail: str
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data."""
+        """Return plain data."""
         return asdict(self)
 
 
 def healthy(checks: list[Check]) -> bool:
-    """Nothing is bad."""
+    """Return whether nothing is bad."""
     return all(c.state is not State.BAD for c in checks)
 
 

@@ -1,4 +1,4 @@
-"""Does a predictor keep to the protocol? A few canned images, and what is wrong with its answers.
+"""A check that a predictor keeps to the protocol: a few canned images, and what is wrong with its answers.
 
 How well it grasps is not judged here: that takes a run.
 """
@@ -18,7 +18,10 @@ from numpy.typing import NDArray
 from grasp_bench.camera import Intrinsics, RgbdImage
 from grasp_bench.errors import PredictorError
 from grasp_bench.grasps import Grasp, angle_difference, wrap_angle
+from grasp_bench.objects.catalog import Catalog
 from grasp_bench.predictors.protocol import Predictor, PrivilegedPredictor, begin, checked
+from grasp_bench.scenario.reading import load_scenario
+from grasp_bench.scenario.seeding import Purpose, stream
 
 Mask = NDArray[np.bool_]
 
@@ -26,7 +29,7 @@ OBJECT = "flat_screwdriver"
 """Shipped object of the rendered scene: long, so that its grasps have one direction."""
 TABLE_DEPTH = 0.55
 SLOW, TOO_SLOW = 1.0, 20.0
-"""Seconds for one image that are remarked upon, and that fail: a third short of the harness's limit."""
+"""Seconds for one image that are a remark, and that are a failure: a third less than the harness's limit."""
 
 
 @dataclass(frozen=True)
@@ -34,8 +37,8 @@ class Sample:
     """A canned image.
 
     Attributes:
-        name: for the table.
-        image: given to the predictor.
+        name: name in the table.
+        image: what the predictor is given.
         mask: (H, W) where the object is, if there is one.
     """
 
@@ -46,7 +49,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class Finding:
-    """Something about an answer: a ``failure`` breaks the protocol, a ``remark`` deserves a look."""
+    """A finding on an answer: a ``failure`` breaks the protocol, a ``remark`` deserves a look."""
 
     level: Literal["failure", "remark"]
     text: str
@@ -54,13 +57,12 @@ class Finding:
 
 @dataclass
 class Row:
-    """What came of one image.
+    """The findings on one image, worst first.
 
     Attributes:
         sample: the image's name.
         grasps: how many were proposed; None where the answer is unusable.
-        seconds: of the quicker of two calls.
-        findings: what is wrong, worst first.
+        seconds: duration of the quicker of two calls.
     """
 
     sample: str
@@ -78,12 +80,12 @@ class Row:
 
 
 def samples() -> list[Sample]:
-    """The images: a rendered scene, and what a camera may deliver on a bad day."""
+    """Return the images: a rendered scene, and what a camera may deliver on a bad day."""
     return [rendered_scene(), *plain_samples()]
 
 
 def plain_samples() -> list[Sample]:
-    """Those that are drawn and not rendered."""
+    """Return the images that are drawn and not rendered."""
     rng = np.random.default_rng(7)
     return [
         _plain("empty table", rng, 480, 640),
@@ -95,10 +97,7 @@ def plain_samples() -> list[Sample]:
 
 
 def rendered_scene() -> Sample:
-    """A screwdriver on the table as the scenario ``table4`` sees it, noise included."""
-    from grasp_bench.objects.catalog import Catalog
-    from grasp_bench.scenario.reading import load_scenario
-    from grasp_bench.scenario.seeding import Purpose, stream
+    """Return a screwdriver on the table as the scenario ``table4`` sees it, noise included."""
     from grasp_bench.scene.builder import compile_scene
     from grasp_bench.scene.rendering import SceneCamera
     from grasp_bench.scene.sensor import sense
@@ -150,8 +149,10 @@ def check(
 
 def _check(predictor: Predictor, sample: Sample, clock: Callable[[], float]) -> Row:
     row = Row(sample.name)
-    fail = lambda text: row.findings.append(Finding("failure", text))  # noqa: E731
-    remark = lambda text: row.findings.append(Finding("remark", text))  # noqa: E731
+
+    def fail(text: str) -> None:
+        row.findings.append(Finding("failure", text))
+
     image = sample.image
     answers: list[Any] = []
     seconds: list[float] = []
@@ -186,55 +187,48 @@ def _check(predictor: Predictor, sample: Sample, clock: Callable[[], float]) -> 
     if row.seconds > TOO_SLOW:
         fail(f"takes {row.seconds:.1f} s for an image; a remote predictor has 30 s with its turn waited for")
     elif row.seconds > SLOW:
-        remark(f"takes {row.seconds:.1f} s for an image")
-    for level, text in _frames(list(answers[0]), sample):
-        (fail if level == "failure" else remark)(text)
+        row.findings.append(Finding("remark", f"takes {row.seconds:.1f} s for an image"))
+    row.findings += _frames(list(answers[0]), sample)
     row.findings.sort(key=lambda f: f.level != "failure")
     return row
 
 
-def _frames(raw: list[Grasp], sample: Sample) -> list[tuple[str, str]]:
-    """What units and axes the numbers seem to have."""
+def _frames(raw: list[Grasp], sample: Sample) -> list[Finding]:
+    """Return what is odd about the units and axes of the numbers."""
     if not raw:
         return []
-    found: list[tuple[str, str]] = []
+    failures, remarks = [], []
     steepest = max(abs(float(g.angle)) for g in raw)
     if steepest > 2 * math.pi:
-        found.append(("failure", f"an angle of {steepest:.1f}: these look like degrees; angles are radians"))
+        failures.append(f"an angle of {steepest:.1f}: these look like degrees; angles are radians")
     elif any(wrap_angle(float(g.angle)) != float(g.angle) for g in raw):
-        found.append(("remark", "angles outside (−π/2, π/2] are wrapped: a half turn is the same grasp"))
+        remarks.append("angles outside (−π/2, π/2] are wrapped: a half turn is the same grasp")
     if any(not 0 <= float(g.quality) <= 1 for g in raw):
-        found.append(("remark", "qualities outside [0, 1] are clipped"))
+        remarks.append("qualities outside [0, 1] are clipped")
     if any(float(a.quality) < float(b.quality) for a, b in pairwise(raw)):
-        found.append(("remark", "qualities do not descend; the first grasp is taken as the best"))
+        remarks.append("qualities do not descend; the first grasp is taken as the best")
     if max(float(g.width) for g in raw) < 2:
-        found.append(
-            ("remark", "all openings are narrower than 2 px: are they metres, or fractions of the image?")
-        )
-    if sample.mask is not None:
-        found += _on_object(raw[0], sample.mask)
-    return found
+        remarks.append("all openings are narrower than 2 px: are they metres, or fractions of the image?")
+    found = [Finding("failure", text) for text in failures] + [Finding("remark", text) for text in remarks]
+    return found + ([] if sample.mask is None else _on_object(raw[0], sample.mask))
 
 
-def _on_object(best: Grasp, mask: Mask) -> list[tuple[str, str]]:
-    """Where and how the best grasp lies to the one thing in the picture."""
+def _on_object(best: Grasp, mask: Mask) -> list[Finding]:
+    """Return what is odd about the place and angle of the best grasp on the only object in the picture."""
     if not _hits(mask, best.x, best.y):
         if _hits(mask, best.y, best.x):
-            return [("failure", "x and y seem exchanged: x runs along the columns, y down the rows")]
+            return [Finding("failure", "x and y seem exchanged: x runs along the columns, y down the rows")]
         if _hits(mask, best.x * mask.shape[1], best.y * mask.shape[0]):
-            return [("failure", "x and y seem to be fractions of the image; they are pixels")]
-        return [("remark", f"the best grasp, at ({best.x:.0f}, {best.y:.0f}) px, misses the only object")]
+            return [Finding("failure", "x and y seem to be fractions of the image; they are pixels")]
+        text = f"the best grasp, at ({best.x:.0f}, {best.y:.0f}) px, misses the only object"
+        return [Finding("remark", text)]
     across = jaw_direction(mask)
     off = angle_difference(best.angle, across)
     if off > math.radians(60):
         if angle_difference(-best.angle, across) < math.radians(25):
-            return [("remark", "the angle seems to run clockwise; it is counter-clockwise as seen")]
-        return [
-            (
-                "remark",
-                "the jaws seem to close along the object: the angle is the direction in which they open",
-            )
-        ]
+            return [Finding("remark", "the angle seems to run clockwise; it is counter-clockwise as seen")]
+        text = "the jaws seem to close along the object: the angle is the direction in which they open"
+        return [Finding("remark", text)]
     return []
 
 
@@ -246,7 +240,7 @@ def _hits(mask: Mask, x: float, y: float, margin: int = 10) -> bool:
 
 
 def jaw_direction(mask: Mask) -> float:
-    """Angle of the shorter principal axis of a blob, in which jaws would open across it [rad]."""
+    """Return the angle [rad] of a blob's shorter principal axis, along which jaws would open across it."""
     rows, columns = np.nonzero(mask)
     _, vectors = np.linalg.eigh(np.cov(np.stack([columns, rows])))
     return wrap_angle(math.atan2(-vectors[1, 0], vectors[0, 0]))

@@ -1,48 +1,39 @@
-"""The machine and the installation: what could make numbers differ, and whether files are intact."""
+"""Checks of machine and installation: what could make numbers differ, and whether files are intact."""
 
 from __future__ import annotations
 
 import os
 import platform
 import re
+from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 
 from grasp_bench.doctor.checks import Check, State
 from grasp_bench.errors import AssetError
+from grasp_bench.execution.describe import PINNED
+from grasp_bench.networks.registry import all_weights
+from grasp_bench.networks.store import shipped_file
+from grasp_bench.objects.catalog import Catalog
+from grasp_bench.system.graphics import VARIABLE, available
 from grasp_bench.system.machine import cpu_name, usable_cores
 from grasp_bench.system.paths import constraints_file
 
 
 def check_environment() -> list[Check]:
-    """All that can be said without running a trial."""
+    """Return all that can be said without running a trial."""
     return [_python(), _machine(), *_versions(), _graphics(), _cache(), _objects(), _weights()]
 
 
 def tested_versions() -> dict[str, str]:
-    """Version of every distribution of the tested stack, by normalised name.
-
-    Raises:
-        AssetError: when the list did not travel with the package.
-    """
+    """Return the versions of the tested stack by normalised name; AssetError when their list is missing."""
     lines = constraints_file().read_text(encoding="utf-8").splitlines()
     pairs = [line.split("#")[0].strip().split("==") for line in lines]
     return {normalised(p[0]): p[1] for p in pairs if len(p) == 2}
 
 
 def normalised(name: str) -> str:
-    """A distribution's name as package indexes compare it (PEP 503)."""
+    """Return a distribution's name as package indexes compare it (PEP 503)."""
     return re.sub(r"[-_.]+", "-", name).lower()
-
-
-def installed_versions(names: tuple[str, ...] | list[str]) -> dict[str, str | None]:
-    """Installed version by name; None where it is not installed."""
-    found: dict[str, str | None] = {}
-    for name in names:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            found[name] = None
-    return found
 
 
 def _python() -> Check:
@@ -53,27 +44,26 @@ def _python() -> Check:
 
 def _machine() -> Check:
     detail = f"{usable_cores()} cores of {cpu_name()}"
-    try:
+    with suppress(ValueError, OSError, AttributeError):
         memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
         detail += f", {memory / 2**30:.1f} GiB of memory"
-    except (ValueError, OSError, AttributeError):
-        pass
     return Check("Machine", State.OK, detail)
 
 
 def _versions() -> list[Check]:
-    from grasp_bench.execution.describe import PINNED
-
     try:
         tested = tested_versions()
     except AssetError as error:
         return [Check("Tested stack", State.BAD, str(error))]
     checks, same = [], []
-    for name, found in installed_versions(PINNED).items():
+    for name in PINNED:
         wanted = tested.get(normalised(name))
-        if found is None:
+        try:
+            found = version(name)
+        except PackageNotFoundError:
             checks.append(Check(name, State.BAD, "not installed"))
-        elif wanted is None or _public(found) == _public(wanted):
+            continue
+        if wanted is None or _public(found) == _public(wanted):
             same.append(f"{name} {found}")
         else:
             checks.append(
@@ -88,13 +78,11 @@ def _versions() -> list[Check]:
 
 
 def _public(text: str) -> str:
-    """A version without its local part: ``2.13.0+cpu`` and ``2.13.0`` are the same release."""
+    """Return a version without its local part: ``2.13.0+cpu`` and ``2.13.0`` are the same release."""
     return text.partition("+")[0]
 
 
 def _graphics() -> Check:
-    from grasp_bench.system.graphics import VARIABLE, available
-
     libraries = available()
     detail = (
         f"raycast (what auto means), {', '.join(libraries)}"
@@ -109,28 +97,22 @@ def _graphics() -> Check:
 def _cache() -> Check:
     from grasp_bench.scene.builder import cache_dir
 
-    folder = cache_dir()
+    folder, state = cache_dir(), State.NOTE
     try:
         folder.mkdir(parents=True, exist_ok=True)
         files = [f.stat().st_size for f in folder.iterdir() if f.is_file()]
+        if os.access(folder, os.W_OK):
+            state, detail = State.OK, f"{folder}, {len(files)} models, {sum(files) / 1e6:.0f} MB"
+        else:
+            detail = f"{folder} is read-only: scenes that are not in it are compiled anew each time"
     except OSError as error:
-        return Check(
-            "Model cache",
-            State.NOTE,
-            f"{folder} cannot be used ({error.strerror}): every trial compiles its scene anew, which is slow",
+        detail = (
+            f"{folder} cannot be used ({error.strerror}): every trial compiles its scene anew, which is slow"
         )
-    if not os.access(folder, os.W_OK):
-        return Check(
-            "Model cache",
-            State.NOTE,
-            f"{folder} is read-only: scenes that are not in it are compiled anew each time",
-        )
-    return Check("Model cache", State.OK, f"{folder}, {len(files)} models, {sum(files) / 1e6:.0f} MB")
+    return Check("Model cache", state, detail)
 
 
 def _objects() -> Check:
-    from grasp_bench.objects.catalog import Catalog
-
     try:
         catalog = Catalog()
     except AssetError as error:
@@ -143,9 +125,6 @@ def _objects() -> Check:
 
 
 def _weights() -> Check:
-    from grasp_bench.networks.registry import all_weights
-    from grasp_bench.networks.store import shipped_file
-
     needed = sorted(map(shipped_file, all_weights()), key=lambda file: file.path)
     missing = [file.name for file in needed if not file.present]
     altered = []

@@ -9,12 +9,12 @@ from pathlib import Path
 from grasp_bench.doctor.checks import Check, State
 from grasp_bench.errors import ResultsError, UnknownNameError
 from grasp_bench.execution.describe import describe
-from grasp_bench.execution.executors import Executor
+from grasp_bench.execution.protocol import Executor
 from grasp_bench.execution.runner import carry_out
 from grasp_bench.objects.catalog import Catalog
 from grasp_bench.runs.folder import TRIALS, load_run
 from grasp_bench.runs.info import RUN, SAME_RUN, Group, RunInfo
-from grasp_bench.runs.jobs import Job, Jobs, Settings, spread
+from grasp_bench.runs.jobs import Jobs, Settings, spread
 from grasp_bench.runs.lines import scan
 from grasp_bench.runs.record import TrialRecord
 from grasp_bench.scenario.outcomes import Outcome
@@ -40,7 +40,7 @@ class Rerun:
 
     Attributes:
         checks: what differs between then and now, and whether the trials repeat.
-        repeated, tried: trials with the same record, and all that were done again.
+        repeated, tried: number of trials with the same record, and of all that were done again.
     """
 
     checks: list[Check]
@@ -52,9 +52,9 @@ def rerun(folder: Path, trials: int, executor: Executor, objects: Path | None = 
     """Do some trials of a run again.
 
     Args:
-        folder: of the run.
+        folder: the run's folder.
         trials: how many, spread evenly over those that it holds.
-        executor: what carries them out.
+        executor: carries the trials out.
         objects: folder of the objects; by default the shipped ones.
 
     Raises:
@@ -78,32 +78,29 @@ def rerun(folder: Path, trials: int, executor: Executor, objects: Path | None = 
     before = _chosen(folder, jobs, trials)
     here = describe(settings, jobs, catalog, run.implementation)
     checks = _stack(run, here)
-    after: dict[int, TrialRecord] = {}
     with closing(carry_out(settings, [jobs.job(t) for t in before], catalog, executor)) as ended:
-        for record, _ in ended:
-            after[record.trial] = record
+        after = {record.trial: record for record, _ in ended}
     apart = [(before[t], after[t]) for t in before if before[t].line() != after[t].line()]
-    return Rerun(
-        [*checks, _verdict(apart, len(before), bool([c for c in checks if c.state is State.NOTE]))],
-        len(before) - len(apart),
-        len(before),
-    )
+    explained = any(c.state is State.NOTE for c in checks)
+    return Rerun([*checks, _verdict(apart, len(before), explained)], len(before) - len(apart), len(before))
 
 
 def _chosen(folder: Path, jobs: Jobs, count: int) -> dict[int, TrialRecord]:
-    """Records of trials spread evenly over a run; faults that depend on time are left out."""
-    numbers = [line.record.trial for line in scan(folder / TRIALS) if _repeatable(line.record)]
+    """Return records of trials spread evenly over a run; faults that depend on time are left out."""
+    numbers = sorted(
+        line.record.trial
+        for line in scan(folder / TRIALS)
+        if line.record.outcome not in (Outcome.TIMEOUT, Outcome.ERROR)
+    )
     if not numbers:
         raise ResultsError(f"{folder} holds no trial that could be repeated.")
-    numbers.sort()
     step = max(1, len(numbers) // count)
     wanted = set(numbers[step // 2 :: step][:count])
     chosen = {}
     for line in scan(folder / TRIALS):
         record = line.record
         if record.trial in wanted:
-            job: Job | None = jobs.job(record.trial) if record.trial < jobs.total else None
-            if job is None or job.object != record.object:
+            if record.trial >= jobs.total or jobs.job(record.trial).object != record.object:
                 raise ResultsError(
                     f"{folder} holds trial {record.trial} on {record.object}, which is "
                     f"none of its {RUN}'s; its files were mixed up."
@@ -112,12 +109,8 @@ def _chosen(folder: Path, jobs: Jobs, count: int) -> dict[int, TrialRecord]:
     return dict(sorted(chosen.items()))
 
 
-def _repeatable(record: TrialRecord) -> bool:
-    return record.outcome not in (Outcome.TIMEOUT, Outcome.ERROR)
-
-
 def _stack(run: RunInfo, here: RunInfo) -> list[Check]:
-    """What differs between then and now, and what that means."""
+    """Return what differs between then and now, and what that means."""
     found = run.differences(here, *SAME_RUN, Group.ORIGIN, places=("then", "now"))
     if not found:
         return [Check("Stack", State.OK, "objects, weights, versions, renderer and processor are the run's")]

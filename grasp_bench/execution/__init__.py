@@ -1,1 +1,1 @@
-"""How the trials of a run are carried out: here, on worker processes, or on a cluster."""
+"""Execution of the trials of a run: in this process, on worker processes, or on a cluster."""

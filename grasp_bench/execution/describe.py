@@ -1,4 +1,4 @@
-"""What a run that begins here says of itself in ``run.json``."""
+"""The description of a run that begins here, for ``run.json``."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ PINNED = (
 
 
 def objects_of(settings: Settings, jobs: Jobs, catalog: Catalog) -> list[str]:
-    """All objects that a run may meet: those of its jobs, and in clutter those that episodes draw from."""
+    """Return all objects that a run may meet: those of its jobs, or of clutter those that it draws from."""
     if settings.scenario.clutter is not None:
         return catalog.chosen(settings.scenario.objects.names)
     return jobs.used
@@ -39,7 +39,7 @@ def objects_of(settings: Settings, jobs: Jobs, catalog: Catalog) -> list[str]:
 def describe(
     settings: Settings, jobs: Jobs, catalog: Catalog, implementation: dict[str, Any] | None = None
 ) -> RunInfo:
-    """The content of ``run.json``; ``implementation`` is what :func:`identify` says of the predictor."""
+    """Return the content of ``run.json``; ``implementation`` is what :func:`identify` returns."""
     weights = parse(settings.predictor).weights
     return RunInfo(
         command=("grasp-bench", *sys.argv[1:]),
@@ -61,11 +61,10 @@ def describe(
 
 
 def _git_revision() -> str | None:
-    folder = Path(__file__).parent
     try:
         head = subprocess.run(
             ["git", "describe", "--always", "--dirty", "--abbrev=12"],
-            cwd=folder,
+            cwd=Path(__file__).parent,
             text=True,
             capture_output=True,
             timeout=10,

@@ -3,29 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable
-from typing import TYPE_CHECKING
 
 from grasp_bench.execution.protocol import Answer
+from grasp_bench.execution.worker import attempt
+from grasp_bench.objects.catalog import Catalog
+from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.runs.jobs import Job, Settings
-
-if TYPE_CHECKING:
-    from grasp_bench.predictors.protocol import Predictor
 
 
 class Here:
-    """Executor for a predictor that no other process can make.
-
-    Args:
-        predictor: used for every trial.
-    """
+    """Executor for a predictor that no other process can make; it is used for every trial."""
 
     def __init__(self, predictor: Predictor) -> None:
         self.predictor = predictor
 
     def run(self, settings: Settings, jobs: Iterable[Job]) -> Generator[Answer, None, None]:
         """See :class:`~grasp_bench.execution.protocol.Executor`."""
-        from grasp_bench.execution.worker import attempt
-        from grasp_bench.objects.catalog import Catalog
         from grasp_bench.trials.workcell import Workcell
 
         catalog, cell = Catalog(settings.objects), Workcell(settings.scenario, settings.renderer)

@@ -1,4 +1,4 @@
-"""Ends worker processes that take more memory than they may, before the system ends something else."""
+"""A guard that ends worker processes which take too much memory, before the system ends something else."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ PERIOD = 0.5
 
 
 def fair_share(workers: int) -> int:
-    """Memory a worker may take when nothing is said: its share of 80 % of the machine's [bytes]."""
+    """Return the memory [bytes] a worker may take by default: its share of 80 % of the machine's."""
     return int(0.8 * psutil.virtual_memory().total / workers)
 
 
 class MemoryGuard:
-    """Watches the children of this process, each with what it started itself.
+    """Watch over the children of this process, each with its own descendants.
 
     Args:
         limit: resident memory of a child and its descendants [bytes].
 
     Attributes:
-        last: why the last process was ended, in words; None while none was.
+        last: why the last process was ended, in words; None if none was.
     """
 
     def __init__(self, limit: int) -> None:
@@ -45,7 +45,7 @@ class MemoryGuard:
         self._thread.join()
 
     def reason(self, pid: int) -> str | None:
-        """Why a process was ended by this guard, in words; None when it was not."""
+        """Return why this guard ended a process, in words; None when it did not."""
         return self._ended.pop(pid, None)
 
     def _watch(self) -> None:
@@ -64,7 +64,7 @@ class MemoryGuard:
 
 
 def _families(parent: psutil.Process) -> dict[int, list[psutil.Process]]:
-    """A process's children, each with its descendants, by the child's id; looks at all processes once."""
+    """Return a process's children, each with its descendants, by the child's id, in one look at all."""
     families: dict[int, list[psutil.Process]] = {}
     child_of: dict[int, int] = {}
     for process in parent.children(recursive=True):  # parents come before their children

@@ -12,10 +12,12 @@ import signal
 from collections.abc import Generator, Iterable
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from itertools import chain, islice
 from types import TracebackType
 from typing import Any
+
+from pebble import ProcessExpired, ProcessPool
 
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.execution import worker
@@ -27,7 +29,7 @@ from grasp_bench.system.machine import THREADS
 from grasp_bench.system.spawning import SpawnContext
 
 TRIES = 2
-"""How often a trial is begun whose worker dies."""
+"""Tries of a trial whose worker dies."""
 STALL = 120.0
 """Seconds beyond a trial's own timeout after which a pool without any answer is started anew."""
 RECYCLE = 1000
@@ -38,9 +40,9 @@ class WorkerPool:
     """Worker processes of one run: every job submitted ends as an answer or a fault.
 
     Args:
-        settings: of the run.
-        workers: how many.
-        memory_limit: of each [bytes].
+        settings: settings of the run.
+        workers: number of processes.
+        memory_limit: most memory of each [bytes].
         recycle: trials after which a worker is replaced; 0 never.
     """
 
@@ -71,12 +73,12 @@ class WorkerPool:
 
     @property
     def pending(self) -> int:
-        """Jobs under way."""
+        """Number of jobs under way."""
         return len(self._waiting)
 
     @property
     def room(self) -> int:
-        """Jobs that may be submitted: one under way and one ready for each worker."""
+        """Number of jobs that may be submitted: one under way and one ready for each worker."""
         return max(0, 2 * self._workers - self.pending)
 
     def submit(self, job: Job) -> None:
@@ -114,9 +116,7 @@ class WorkerPool:
         return answers
 
     def _result(self, future: Future[Answer], job: Job) -> Answer | Fault | None:
-        """How a trial ended; None when it is to be tried again."""
-        from pebble import ProcessExpired
-
+        """Return how a trial ended; None when it is to be tried again."""
         try:
             return future.result()
         except BrokenProcessPool:
@@ -137,7 +137,7 @@ class WorkerPool:
             return Fault(job, Outcome.ERROR, f"{type(error).__name__}: {error}")
 
     def _start_anew(self, why: str) -> list[Answer | Fault]:
-        """Replace a pool of which nothing more will come; its trials are begun again."""
+        """Replace a pool that will give no more answers; its trials are begun again."""
         self._stalls += 1
         if self._stalls > TRIES:
             last = f" ({self._guard.last})" if self._guard.last else ""
@@ -154,8 +154,6 @@ class WorkerPool:
         return []
 
     def _start(self) -> None:
-        from pebble import ProcessPool
-
         self._pool = ProcessPool(
             max_workers=self._workers,
             max_tasks=self._recycle,
@@ -175,8 +173,8 @@ class Processes:
     """Executor on worker processes of this machine.
 
     Args:
-        workers: how many.
-        memory_limit: of each [bytes]; by default its share of 80 % of the machine's.
+        workers: number of processes.
+        memory_limit: most memory of each [bytes]; by default its share of 80 % of the machine's.
         recycle: trials after which a worker is replaced; 0 never.
     """
 
@@ -204,12 +202,10 @@ class Processes:
 
 
 def _death(code: int | None) -> str:
-    """How a process ended, by its exit code."""
+    """Say how a process ended, by its exit code."""
     if code is not None and code < 0:
-        try:
+        with suppress(ValueError):
             return f"killed by {signal.Signals(-code).name}"
-        except ValueError:
-            pass
     return f"exit code {'?' if code is None else code}"
 
 

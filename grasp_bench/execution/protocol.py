@@ -1,4 +1,4 @@
-"""What carries out trials: anything that takes jobs and gives answers, in any order."""
+"""The protocol of what carries out trials: jobs in, answers out, in any order."""
 
 from __future__ import annotations
 
@@ -13,13 +13,7 @@ from grasp_bench.scenario.outcomes import Outcome
 
 @dataclass(frozen=True)
 class Answer:
-    """A trial that ran to an end of its own.
-
-    Attributes:
-        job: what was done.
-        record: line for ``trials.jsonl``.
-        timings: line for ``timings.jsonl``.
-    """
+    """A trial that ended by itself, with its lines for ``trials.jsonl`` and ``timings.jsonl``."""
 
     job: Job
     record: TrialRecord
@@ -28,13 +22,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Fault:
-    """A trial that took its worker with it, or that had to be stopped.
-
-    Attributes:
-        job: what was tried.
-        outcome: ``timeout`` or ``error``.
-        detail: the reason, in words.
-    """
+    """A trial that killed its worker (``error``) or had to be stopped (``timeout``), and why in words."""
 
     job: Job
     outcome: Outcome
@@ -42,21 +30,21 @@ class Fault:
 
 
 def failed(job: Job, category: str, seed: int, outcome: Outcome, why: str) -> TrialRecord:
-    """The record of a trial that came to no end of its own."""
+    """Return the record of a trial that did not end by itself."""
     return TrialRecord(
         trial=job.trial, object=job.object, category=category, seed=seed, outcome=outcome, detail=why
     )
 
 
 class Executor(Protocol):
-    """Carries out trials somewhere.
+    """Something that carries out trials.
 
     A trial depends on its settings and its job alone, so every executor gives the same
-    records; where they are made and in which order they come is its own affair.
+    records, wherever they are made and in whatever order they come.
     """
 
     def run(self, settings: Settings, jobs: Iterable[Job]) -> Generator[Answer | Fault, None, None]:
-        """Answers as trials end. Jobs are taken as they are needed; closing the generator stops all work.
+        """Yield answers as trials end. Jobs are taken as needed; closing the generator stops all work.
 
         Raises:
             GraspBenchError: when no worker can work, and why.

@@ -19,13 +19,19 @@ from pathlib import Path
 from typing import Any
 
 from grasp_bench.errors import GraspBenchError
+from grasp_bench.execution.describe import describe
+from grasp_bench.execution.memory import fair_share
+from grasp_bench.execution.processes import WorkerPool
 from grasp_bench.execution.protocol import Answer, Fault
+from grasp_bench.objects.catalog import Catalog
+from grasp_bench.runs.differences import listed
 from grasp_bench.runs.info import Group, RunInfo
 from grasp_bench.runs.jobs import Job, Settings, spread
 from grasp_bench.scenario.outcomes import Outcome
+from grasp_bench.system.machine import usable_cores
 
 RETRIES = 5
-"""How often Ray begins a trial again whose node or process is gone."""
+"""Times that Ray begins a trial again whose node or process is gone."""
 
 
 @dataclass(frozen=True)
@@ -33,12 +39,12 @@ class _Task:
     """What a node needs to know of a run.
 
     Attributes:
-        key: a run's own.
-        settings: with the folder of objects as on the driver, or None for the shipped ones.
-        shipped: objects are those that travel with the package.
+        key: name of the run's pools.
+        settings: settings on the driver.
+        shipped: whether the objects are those that travel with the package.
         stack: objects, weights and versions on the driver.
-        memory_limit: of a worker [bytes].
-        folder: the driver's current folder, where a predictor of one's own may lie.
+        memory_limit: most memory of a worker [bytes].
+        folder: the driver's current folder, which may hold the user's predictor.
     """
 
     key: str
@@ -60,10 +66,9 @@ class RayCluster:
     """Executor on Ray.
 
     Args:
-        workers: trials at a time where Ray is started on this machine, and at most so many on a
-            cluster; 0 takes all cores there are.
-        address: of a running cluster, ``auto`` or ``HOST:PORT``; without one, Ray is started here.
-        memory_limit: of a worker [bytes]; by default its share of 80 % of its machine's.
+        workers: trials at a time at most; 0 takes all cores of the machine or cluster.
+        address: ``auto`` or ``HOST:PORT`` of a running cluster; without one, Ray is started here.
+        memory_limit: most memory of a worker [bytes]; by default its share of 80 % of its machine's.
 
     Raises:
         GraspBenchError: when Ray is not installed.
@@ -117,7 +122,7 @@ class RayCluster:
             ) from error
 
     def _window(self) -> int:
-        """Trials to have under way: one for each core of the cluster as it is now, and one ready."""
+        """Return how many trials to have under way: one for each core of the cluster now, and one ready."""
         cores = max(1, int(self._ray.cluster_resources().get("CPU", 1)))
         return 2 * min(cores, self.workers or cores)
 
@@ -151,28 +156,23 @@ def _import_ray() -> Any:
 
 
 def _task(settings: Settings, memory_limit: int | None) -> _Task:
-    from grasp_bench.objects.catalog import Catalog
-
     shipped = settings.objects == Catalog().folder.resolve()
     return _Task(uuid.uuid4().hex, settings, shipped, _stack(settings), memory_limit, str(Path.cwd()))
 
 
 def _stack(settings: Settings) -> RunInfo:
-    """What must be the same on every node."""
-    from grasp_bench.execution.describe import describe
-    from grasp_bench.objects.catalog import Catalog
-
+    """Return what must be the same on every node."""
     catalog = Catalog(settings.objects)
     return describe(settings, spread(catalog.names, len(catalog.names)), catalog)
 
 
 # ---------------------------------------------------------------- on a node
 
-_pools: dict[str, Any] = {}
+_pools: dict[str, WorkerPool] = {}
 
 
 def _trial(task: _Task, job: Job) -> Answer | Fault | _Refusal:
-    """One trial, in this node process's own worker."""
+    """Do one trial, in this node process's own worker."""
     try:
         if task.key not in _pools:
             _pools[task.key] = _open_pool(task)
@@ -185,18 +185,11 @@ def _trial(task: _Task, job: Job) -> Answer | Fault | _Refusal:
         return _Refusal(f"On node {platform.node()}: {error}")
 
 
-def _open_pool(task: _Task) -> Any:
-    from grasp_bench.execution.memory import fair_share
-    from grasp_bench.execution.processes import WorkerPool
-    from grasp_bench.objects.catalog import Catalog
-    from grasp_bench.runs.differences import listed
-    from grasp_bench.system.machine import usable_cores
-
+def _open_pool(task: _Task) -> WorkerPool:
     with suppress(OSError):
         os.chdir(task.folder)
     settings = replace(task.settings, objects=Catalog().folder.resolve()) if task.shipped else task.settings
     places = ("where the run was started", "on this node")
     if found := task.stack.differences(_stack(settings), Group.INSTALLED, places=places):
         raise GraspBenchError(f"{listed(found)}. Install the same grasp-bench and the same stack there.")
-    pool = WorkerPool(settings, 1, task.memory_limit or fair_share(usable_cores()))
-    return pool.__enter__()
+    return WorkerPool(settings, 1, task.memory_limit or fair_share(usable_cores())).__enter__()

@@ -6,21 +6,19 @@ from collections.abc import Callable, Generator, Iterable
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from grasp_bench.errors import GraspBenchError, ResultsError
 from grasp_bench.execution.describe import describe, objects_of
-from grasp_bench.execution.executors import Executor, Fault, Here, make_executor
-from grasp_bench.execution.protocol import failed
+from grasp_bench.execution.executors import make_executor
+from grasp_bench.execution.here import Here
+from grasp_bench.execution.protocol import Executor, Fault, failed
 from grasp_bench.objects.catalog import Catalog
 from grasp_bench.predictors.identity import identify
+from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.runs.folder import RunFolder
 from grasp_bench.runs.jobs import Job, Jobs, Settings
 from grasp_bench.runs.record import Timings, TrialRecord
 from grasp_bench.scenario.reading import check_current
-
-if TYPE_CHECKING:
-    from grasp_bench.predictors.protocol import Predictor
 
 
 @dataclass(frozen=True)
@@ -28,10 +26,9 @@ class RunSummary:
     """What a call of :func:`run` did.
 
     Attributes:
-        folder: of the results.
-        resumed: trials found done.
-        added: trials done now.
-        repaired: a torn last line was cut off.
+        folder: the results.
+        resumed, added: number of trials that were found done, and that were done now.
+        repaired: whether a torn last line was cut off.
     """
 
     folder: Path
@@ -52,14 +49,14 @@ def run(
     """Do all ``jobs`` that ``out`` does not hold yet.
 
     Args:
-        settings: of the run.
-        jobs: all its trials.
+        settings: settings of the run.
+        jobs: all trials of the run.
         out: results folder.
-        workers: processes; 1 runs them in one worker process, too.
+        workers: number of worker processes.
         progress: called with each record, and whether it was there before.
         predictor: used in this process, trial after trial, instead of loading ``settings.predictor``
             on workers; for one that no other process can make.
-        executor: what carries the trials out; worker processes of this machine by default.
+        executor: carries the trials out; worker processes of this machine by default.
 
     Raises:
         GraspBenchError: before any trial starts, for anything wrong with the inputs.
@@ -100,7 +97,7 @@ def run(
 def carry_out(
     settings: Settings, jobs: Iterable[Job], catalog: Catalog, executor: Executor
 ) -> Generator[tuple[TrialRecord, Timings], None, None]:
-    """Records and timings of ``jobs``, as they end; faults become records of their kind."""
+    """Yield records and timings of ``jobs`` as they end; faults become records of their kind."""
     with closing(executor.run(settings, jobs)) as answers:
         for answer in answers:
             if isinstance(answer, Fault):

@@ -1,4 +1,4 @@
-"""Inside a worker process: what all its trials share, and one trial after the other."""
+"""The inside of a worker process: what all its trials share, and one trial after the other."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from grasp_bench.execution.protocol import Answer, failed
+from grasp_bench.objects.catalog import Catalog
+from grasp_bench.predictors import load_predictor
+from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.runs.jobs import Job, Settings
 from grasp_bench.runs.record import Timings
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.system.machine import THREADS
 
 if TYPE_CHECKING:
-    from grasp_bench.objects.catalog import Catalog
-    from grasp_bench.predictors.protocol import Predictor
     from grasp_bench.trials.workcell import Workcell
 
 _worker: dict[str, Any] = {}
@@ -31,7 +32,7 @@ class NotStarted(Exception):  # noqa: N818 - it is a worker's state that travels
 
 
 def start(settings: Settings) -> None:
-    """Load once what all trials of a worker share; what is wrong is told with the first trial."""
+    """Load once what all trials of a worker share; the first trial tells what is wrong."""
     for name in THREADS:
         os.environ[name] = "1"
     _die_with_parent()
@@ -45,8 +46,6 @@ def load(settings: Settings) -> None:
     """Load catalog, workcell and predictor."""
     import cv2
 
-    from grasp_bench.objects.catalog import Catalog
-    from grasp_bench.predictors import load_predictor
     from grasp_bench.trials.workcell import Workcell
 
     cv2.setNumThreads(1)
@@ -60,18 +59,14 @@ def load(settings: Settings) -> None:
 
 
 def do(job: Job) -> Answer:
-    """One trial.
-
-    Raises:
-        NotStarted: when this worker could not start.
-    """
+    """Do one trial; NotStarted when this worker could not start."""
     if "broken" in _worker:
         raise NotStarted(_worker["broken"])
     return attempt(job, **_worker)
 
 
 def attempt(job: Job, settings: Settings, catalog: Catalog, cell: Workcell, predictor: Predictor) -> Answer:
-    """One trial, whose record is an error where anything raises."""
+    """Do one trial, whose record is an error where anything raises."""
     from grasp_bench.media.recorders import recorders_for
     from grasp_bench.trials.job import do_job
 

@@ -1,4 +1,4 @@
-"""What a depth camera saw as points."""
+"""Depth images as points."""
 
 from __future__ import annotations
 
@@ -12,12 +12,9 @@ from grasp_bench.scenario.sections import Table
 def point_cloud(
     image: RgbdImage, pose: CameraPose, step: int = 2
 ) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
-    """World points (N, 3) [m] and colours (N, 3) of every ``step``-th valid pixel of every such row.
+    """Return world points (N, 3) [m] and colours (N, 3) of every ``step``-th valid pixel of such rows.
 
-    Args:
-        image: with depth.
-        pose: of the camera as the robot believes it.
-        step: pixels between two that are taken.
+    ``pose`` is the camera's as the robot believes it.
     """
     intrinsics = image.intrinsics
     u, v = np.meshgrid(np.arange(0, intrinsics.width, step), np.arange(0, intrinsics.height, step))
@@ -28,7 +25,7 @@ def point_cloud(
 
 
 def on_table(points: NDArray[np.float64], table: Table) -> NDArray[np.bool_]:
-    """(N,) which of (N, 3) world points [m] lie on or over the table, not beside it."""
+    """Return (N,) which of (N, 3) world points [m] lie on or over the table, not beside it."""
     aside = np.abs(points[:, :2] - np.array(table.center))
     inside = aside <= np.array(table.size) / 2
     return inside[:, 0] & inside[:, 1]

@@ -1,4 +1,4 @@
-"""What a run's pictures and clips cost in time and on disk."""
+"""The cost of a run's pictures and clips in time and on disk."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from grasp_bench.runs.folder import load_timings
 
 
 def describe_cost(run: Path) -> str:
-    """A sentence or two: seconds a trial and their share, files and megabytes, and what could not be made."""
+    """Say in a sentence or two: seconds a trial and their share, files and megabytes, and what failed."""
     timings = [t for t in load_timings(run) if "media" in t.seconds]
     spent = sum(t.seconds["media"] for t in timings)
     total = sum(t.total for t in timings)

@@ -1,4 +1,4 @@
-"""Pictures of a trial from beside, of states that were recorded.
+"""Pictures from the side of recorded states of a trial.
 
 MuJoCo's ray caster draws them without a graphics library; OpenGL does it with smoother edges
 and, above some 300 × 300 pixels, more quickly.
@@ -29,7 +29,7 @@ FIELD = np.radians(45.0)
 
 @dataclass(frozen=True)
 class View:
-    """A free camera as MuJoCo's viewer has it: looking at a point from a distance, angles in degrees."""
+    """A free camera like that of MuJoCo's viewer: a point it looks at, distance [m], angles [°]."""
 
     lookat: tuple[float, float, float]
     distance: float = 1.05
@@ -38,7 +38,7 @@ class View:
 
     @property
     def pose(self) -> CameraPose:
-        """The same as a camera's pose."""
+        """The pose of this camera."""
         azimuth, elevation = np.radians([self.azimuth, self.elevation])
         ahead = np.array(
             [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
@@ -47,19 +47,19 @@ class View:
 
 
 def side_view(scenario: Scenario) -> View:
-    """The view that holds both the place where objects lie and the one they are carried to."""
+    """Return the view that holds both the place where objects lie and the one they are carried to."""
     x, y = (np.array(scenario.table.center) + scenario.motion.carry_to[:2]) / 2
     return View((round(float(x) - 0.03, 3), round(float(y) - 0.02, 3), 0.14))
 
 
 class Filmer:
-    """Takes pictures of one model's states.
+    """A camera for states of one model.
 
     Args:
-        model: of the trial's world; its visual settings are changed when ``backend`` is OpenGL.
-        scenario: of the trial.
-        size: width and height in pixels.
-        view: where from; :func:`side_view` unless given.
+        model: model of the trial's world; its visual settings are changed for OpenGL.
+        scenario: scenario of the trial.
+        size: width and height [px].
+        view: the camera; :func:`side_view` by default.
         opengl: draw with MuJoCo's OpenGL renderer, for which a library must have been chosen by
             :func:`grasp_bench.system.graphics.with_gl`.
     """
@@ -91,15 +91,13 @@ class Filmer:
             self._gl.close()
 
     def shoot(self, qpos: NDArray[np.float64]) -> Rgb:
-        """Picture (H, W, 3) of a state."""
+        """Return the picture (H, W, 3) of a state."""
         self._data.qpos[:] = qpos
         mujoco.mj_kinematics(self._model, self._data)
-        if self._gl is not None:
-            return self._shoot_gl(self._gl)
-        return self._shoot_rays()
+        return self._shoot_rays() if self._gl is None else self._shoot_gl(self._gl)
 
     def _shoot_rays(self) -> Rgb:
-        """Only what may hide the empty scene is cast anew."""
+        """Cast only those rays anew that may hit something in front of the empty scene."""
         intrinsics, directions = self._rays
         moving = _covered(self._model, self._data, intrinsics, self._view.pose)
         picture = self._empty.copy()
@@ -132,7 +130,7 @@ class Filmer:
 def _empty_scene(
     scenario: str, size: tuple[int, int], view: View
 ) -> tuple[tuple[Intrinsics, NDArray[np.float64]], Rgb]:
-    """Rays of the view, and its picture of the table without robot and object."""
+    """Return rays of the view, and its picture of the table without robot and object."""
     settings = Scenario.model_validate_json(scenario)
     width, height = size
     focal = height / 2 / np.tan(FIELD / 2)
@@ -146,14 +144,14 @@ def _empty_scene(
 
 
 def with_sky(picture: Picture) -> Rgb:
-    """The picture's colours, with a sky where nothing was hit."""
+    """Return the picture's colours, with a sky where nothing was hit."""
     return np.where(picture.geom[..., None] >= 0, picture.rgb, SKY)
 
 
 def _covered(
     model: mujoco.MjModel, data: mujoco.MjData, intrinsics: Intrinsics, pose: CameraPose
 ) -> NDArray[np.bool_]:
-    """(H, W) pixels that the bounding boxes of robot and objects may cover."""
+    """Return (H, W) pixels that the bounding boxes of robot and objects may cover."""
     ours = model.geom_bodyid > 0
     shown = np.nonzero(ours & (SHOWN_GROUPS[model.geom_group] > 0))[0]
     points = pose.to_camera(box_corners(model, data, shown))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from grasp_bench.scene.rendering import SHOWN_GROUPS, geom_colors
 
 PLANE_SIZE = 1.5
-"""Half the edge that is shown of an endless plane [m]."""
+"""Half the edge of the part that is shown of an endless plane [m]."""
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class ShownMesh:
     """A geom's surface in the axes of its body.
 
     Attributes:
-        body: id of the body it moves with.
+        body: id of its body.
         vertices: (V, 3) [m].
         faces: (F, 3) indices.
         color: red, green, blue, 0 to 255.
@@ -32,7 +32,7 @@ class ShownMesh:
 
 
 def shown_meshes(model: mujoco.MjModel) -> list[ShownMesh]:
-    """All geoms that pictures show, except the invisible."""
+    """Return all geoms that pictures show, except the invisible."""
     colors = geom_colors(model)
     found = []
     for geom in range(model.ngeom):
@@ -60,7 +60,7 @@ def shown_meshes(model: mujoco.MjModel) -> list[ShownMesh]:
 
 
 def _surface(model: mujoco.MjModel, geom: int) -> tuple[NDArray[np.float64], NDArray[np.int32]] | None:
-    """Vertices and faces in the geom's own axes; None for kinds that scenes do not show."""
+    """Return vertices and faces in the geom's own axes; None for kinds that scenes do not show."""
     import trimesh.creation as make
 
     kind, size = model.geom_type[geom], model.geom_size[geom]
@@ -69,9 +69,8 @@ def _surface(model: mujoco.MjModel, geom: int) -> tuple[NDArray[np.float64], NDA
         mesh = model.geom_dataid[geom]
         first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
         face, faces = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
-        return model.mesh_vert[first : first + count].astype(float), model.mesh_face[
-            face : face + faces
-        ].copy()
+        vertices = model.mesh_vert[first : first + count].astype(float)
+        return vertices, model.mesh_face[face : face + faces].copy()
     if kind == types.mjGEOM_PLANE:
         x, y = (s or PLANE_SIZE for s in size[:2])
         corners = np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]], float)
@@ -90,14 +89,7 @@ def _surface(model: mujoco.MjModel, geom: int) -> tuple[NDArray[np.float64], NDA
 
 
 class Stage:
-    """A model's shown surfaces, and where its bodies are in states that were recorded.
-
-    Args:
-        model: of the world that was recorded.
-
-    Attributes:
-        meshes: of all that is shown.
-    """
+    """The shown surfaces of a model (``meshes``), and the poses of its bodies in recorded states."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self.meshes = shown_meshes(model)
@@ -105,7 +97,7 @@ class Stage:
         self._bodies = sorted({m.body for m in self.meshes})
 
     def poses(self, qpos: NDArray[np.float64]) -> dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]]:
-        """Position (3,) [m] and quaternion (4,) w, x, y, z of every shown body in a state."""
+        """Return position (3,) [m] and quaternion (4,) w, x, y, z of every shown body in a state."""
         self._data.qpos[:] = qpos
         mujoco.mj_kinematics(self._model, self._data)
         return {b: (self._data.xpos[b].copy(), self._data.xquat[b].copy()) for b in self._bodies}

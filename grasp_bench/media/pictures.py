@@ -1,4 +1,4 @@
-"""A trial in four pictures: what was seen, its depth, where a grasp was wanted, how it ended."""
+"""Three pictures of a trial: what was seen, its depth, and where a grasp was wanted."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from grasp_bench.grasps import Grasp, GraspMaps
 Rgb = NDArray[np.uint8]
 TILE = 224
 """Edge of a picture [px]."""
-TITLES = ("seen", "depth", "proposed", "end")
 GREEN, RED, GREY = (40, 220, 60), (240, 40, 50), (170, 170, 170)
 NO_DEPTH = (70, 20, 90)
 """Colour of pixels without a reading."""
@@ -23,12 +22,7 @@ NO_DEPTH = (70, 20, 90)
 
 @dataclass(frozen=True)
 class Crop:
-    """A square of an image that is shown.
-
-    Attributes:
-        x, y: left upper corner [px].
-        side: edge [px].
-    """
+    """A square of an image that is shown, by its upper left corner and its edge [px]."""
 
     x: int
     y: int
@@ -40,7 +34,7 @@ class Crop:
         return TILE / self.side
 
     def cut(self, image: NDArray[Any]) -> NDArray[Any]:
-        """The crop of an (H, W[, C]) image at :data:`TILE` pixels; zeros outside the image."""
+        """Return the crop of an (H, W[, C]) image at :data:`TILE` pixels; zeros outside the image."""
         height, width = image.shape[:2]
         rows = np.arange(self.y, self.y + self.side)
         columns = np.arange(self.x, self.x + self.side)
@@ -50,7 +44,7 @@ class Crop:
         return cv2.resize(part, (TILE, TILE), interpolation=cv2.INTER_NEAREST)
 
     def place(self, grasp: Grasp) -> Grasp:
-        """A grasp of the image in pixels of the shown crop."""
+        """Return a grasp of the image in pixels of the shown crop."""
         return replace(
             grasp,
             x=(grasp.x - self.x) * self.scale,
@@ -60,7 +54,7 @@ class Crop:
 
 
 def crop_for(image: RgbdImage, grasps: list[Grasp]) -> Crop:
-    """The middle square of the image, 224 px or as large as it must be to hold all grasps."""
+    """Return the middle square of the image, 224 px or as large as it must be to hold all grasps."""
     height, width = image.depth.shape
     middle = np.array([width, height]) / 2
     reach = max((float(np.abs(g.rectangle() - middle).max()) + 8 for g in grasps), default=0.0)
@@ -77,7 +71,7 @@ def draw_grasp(picture: Rgb, grasp: Grasp, thick: bool = True, color: tuple[int,
 
 
 def seen(image: RgbdImage, crop: Crop, grasp: Grasp | None) -> Rgb:
-    """What the camera saw, with the grasp that was carried out."""
+    """Draw what the camera saw, with the grasp that was carried out."""
     picture = crop.cut(image.rgb)
     if grasp is not None:
         draw_grasp(picture, crop.place(grasp))
@@ -85,7 +79,7 @@ def seen(image: RgbdImage, crop: Crop, grasp: Grasp | None) -> Rgb:
 
 
 def depth(image: RgbdImage, crop: Crop, grasp: Grasp | None) -> Rgb:
-    """The measured depth, near is bright; purple where there is no reading."""
+    """Draw the measured depth, near is bright; purple where there is no reading."""
     measured = crop.cut(image.depth).astype(float)
     valid = measured > 0
     near, far = np.percentile(measured[valid], [0.5, 99.5]) if valid.any() else (0.0, 1.0)
@@ -104,14 +98,14 @@ def proposed(
     maps: GraspMaps | None,
     origin: tuple[int, int] = (0, 0),
 ) -> Rgb:
-    """Where a grasp was wanted: the network's quality over the picture, and all proposals.
+    """Draw where a grasp was wanted: the network's quality over the picture, and all proposals.
 
     Args:
         image: what was seen.
         crop: what is shown of it.
         grasps: all proposals.
-        chosen: the one carried out.
-        maps: the network's, None for predictors without.
+        chosen: the grasp carried out.
+        maps: maps of a network, None for predictors without.
         origin: (x, y) of the maps' corner in the image [px].
     """
     grey = cv2.cvtColor(crop.cut(image.rgb), cv2.COLOR_RGB2GRAY)

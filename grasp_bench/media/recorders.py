@@ -1,4 +1,4 @@
-"""What is kept of a run's trials, or of the attempts of its episodes, beside their records."""
+"""Recorders that keep pictures and logs of a run's trials beside their records."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Recorders:
 
 
 def recorders_for(settings: Settings, attempt: int | None = None) -> Recorders | None:
-    """What watches one trial, or one attempt of an episode; None where nothing is kept."""
+    """Return what watches one trial, or one attempt of an episode; None where nothing is kept."""
     if not settings.keeps or settings.folder is None:
         return None
     found: list[Watcher] = []

@@ -1,4 +1,4 @@
-"""What happened in a trial's physics, sample by sample.
+"""A trial's physics, sample by sample.
 
 Positions are kept and pictures are made of them afterwards, so that a trial which needs none
 costs next to nothing, and so that watching can change nothing.
@@ -21,7 +21,7 @@ class Moment:
     """The state of a world at one time.
 
     Attributes:
-        time: seconds of simulated time.
+        time: simulated time [s].
         qpos, qvel: generalised positions and velocities of the whole model, as MuJoCo orders them.
         touch: what the object touched; None unless it was asked for.
     """
@@ -38,8 +38,8 @@ class Recording:
 
     Attributes:
         every: samples of the arm's motion (4 ms in the shipped scenarios) from one moment to the next.
-        touches: keep what the object touches, too, which costs reading the contacts.
-        moments: what was kept so far.
+        touches: keep what the object touches, too, for which the contacts are read.
+        moments: the states kept so far.
     """
 
     every: int = 1
@@ -55,7 +55,7 @@ class Recording:
 
 
 def moment(world: World, touches: bool = False) -> Moment:
-    """The state of ``world`` now."""
+    """Return the state of ``world`` now."""
     return Moment(
         float(world.data.time),
         world.data.qpos.copy(),

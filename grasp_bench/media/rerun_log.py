@@ -23,7 +23,6 @@ from grasp_bench.media.recording import Recording
 from grasp_bench.media.store import FOLDER, note_fault, stem
 from grasp_bench.media.takes import Take
 from grasp_bench.scenario.sections import Scenario
-from grasp_bench.scene.world import World
 from grasp_bench.trials.attempt import Trial
 
 APPLICATION = "grasp-bench"
@@ -32,11 +31,7 @@ EVERY = 5
 
 
 def import_rerun() -> Any:
-    """The library.
-
-    Raises:
-        GraspBenchError: when it is not installed, saying how to get it.
-    """
+    """Import Rerun, or raise GraspBenchError that says how to install it."""
     try:
         import rerun
     except ImportError as error:
@@ -46,7 +41,7 @@ def import_rerun() -> Any:
 
 @contextmanager
 def writing(path: Path, recording_id: str | None = None) -> Iterator[Any]:
-    """A Rerun stream into ``path``.
+    """Open a Rerun stream into ``path``.
 
     Raises:
         GraspBenchError: when the SDK is missing, or the file cannot be written.
@@ -66,29 +61,25 @@ def writing(path: Path, recording_id: str | None = None) -> Iterator[Any]:
         stream.disconnect()
 
 
-class RerunRecorder:
-    """Writes one try's part of a run's recording, ``media/00017.rrd``.
+class RerunRecorder(Recording):
+    """A recording of one try, written as its part of the run's Rerun log, ``media/00017.rrd``.
 
     Args:
         run: the run's folder.
-        scenario: of the trial.
-        attempt: number of the try in its episode, None of a single trial.
+        scenario: scenario of the trial.
+        attempt: number of the try in its episode, None for a single trial.
     """
 
     def __init__(self, run: Path, scenario: Scenario, attempt: int | None = None) -> None:
+        super().__init__(EVERY, touches=True)
         self._run, self._scenario, self._attempt = run, scenario, attempt
-        self._recording = Recording(EVERY, touches=True)
-
-    def __call__(self, world: World) -> None:
-        """Called after every sample of the arm's motion."""
-        self._recording(world)
 
     def keep(self, done: Trial, predictor: Any) -> None:
-        """Write the part; what goes wrong is written into a text file beside."""
+        """Write the part, or a text file beside it that says why it could not be written."""
         number = done.record.trial
         part = self._run / FOLDER / f"{stem(number, self._attempt)}.rrd"
         try:
-            take = Take.of(done, self._recording, predictor, self._attempt)
+            take = Take.of(done, self, predictor, self._attempt)
             with writing(part, recording_id=str(self._run)) as stream:
                 log_take(stream, take, self._scenario)
         except Exception as error:  # a full disk, a foreign predictor's odd maps
@@ -97,10 +88,7 @@ class RerunRecorder:
 
 
 def join_parts(run: Path, out: Path) -> int:
-    """Join the parts that a run's workers wrote into ``out``, and remove them.
-
-    Returns:
-        How many trials and attempts there were.
+    """Join the parts that a run's workers wrote into ``out``, remove them, and return their number.
 
     Raises:
         GraspBenchError: when Rerun cannot join them; the parts are kept.
@@ -136,7 +124,7 @@ def log_take(stream: Any, take: Take, scenario: Scenario) -> None:
     Args:
         stream: a ``rerun.RecordingStream``.
         take: the try, recorded with touches for the forces.
-        scenario: of the trial.
+        scenario: scenario of the trial.
     """
     rr = import_rerun()
     done, record = take.done, take.done.record

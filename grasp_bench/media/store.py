@@ -2,7 +2,7 @@
 
 The picture is a sheet of four squares: what was seen and its depth above, what was proposed and
 how it ended below; see :mod:`grasp_bench.media.pictures`. The clip is an animated WebP. An episode
-of clutter has them of each attempt: ``media/00017-02.webp``, ``media/00017-02-clip.webp``.
+of clutter has both of each attempt: ``media/00017-02.webp``, ``media/00017-02-clip.webp``.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from grasp_bench.media.pictures import TILE, Rgb
 from grasp_bench.media.recording import Recording
 from grasp_bench.media.takes import Take
 from grasp_bench.scenario.sections import Scenario
-from grasp_bench.scene.world import World
+from grasp_bench.system.integrity import write_whole
 from grasp_bench.trials.attempt import Trial
 
 FOLDER = "media"
@@ -41,12 +41,12 @@ class Media:
 
 
 def stem(trial: int, attempt: int | None = None) -> str:
-    """What names of the files of a trial, or of an attempt of an episode, begin with."""
+    """Return what the names of the files of a trial, or of an attempt of an episode, begin with."""
     return f"{trial:05}" if attempt is None else f"{trial:05}-{attempt:02}"
 
 
 def find(run: Path, trial: int, attempt: int | None = None) -> Media:
-    """What is stored of a trial, or of an attempt of an episode."""
+    """Return what is stored of a trial, or of an attempt of an episode."""
     sheet, clip = _paths(run, trial, attempt)
     return Media(sheet if sheet.is_file() else None, clip if clip.is_file() else None)
 
@@ -59,38 +59,31 @@ def remove(run: Path, trial: int) -> None:
 
 
 def wanted(mode: str, success: bool) -> bool:
-    """Whether a try that ended so gets a clip."""
+    """Return whether a try that ended like this gets a clip."""
     return mode == "all" or (mode == "failures" and not success)
 
 
-class PictureRecorder:
-    """Watches one try as its observer, and stores its pictures and clip afterwards.
+class PictureRecorder(Recording):
+    """A recording of one try, stored as pictures and a clip.
 
     Args:
         run: the run's folder.
         mode: one of :data:`~grasp_bench.media.modes.MODES`, not ``none``.
-        scenario: of the trial.
-        attempt: number of the try in its episode, None of a single trial.
+        scenario: scenario of the trial.
+        attempt: number of the try in its episode, None for a single trial.
     """
 
     def __init__(self, run: Path, mode: str, scenario: Scenario, attempt: int | None = None) -> None:
-        self._run, self._mode, self._scenario, self._attempt = run, mode, scenario, attempt
         period = scenario.physics.timestep * scenario.physics.control_steps
-        self._recording = Recording(max(1, round(CLIP_INTERVAL / period)))
-
-    def __call__(self, world: World) -> None:
-        """Called after every sample of the arm's motion."""
-        self._recording(world)
+        super().__init__(max(1, round(CLIP_INTERVAL / period)))
+        self._run, self._mode, self._scenario, self._attempt = run, mode, scenario, attempt
 
     def keep(self, done: Trial, predictor: Any) -> None:
         """Store the pictures of a try, and its clip where the mode wants one.
 
-        Nothing is stored of one that ended before there was an image. Whatever goes wrong
-        is written into a text file beside, and does not touch the trial.
-
-        Args:
-            done: the try.
-            predictor: that was asked; its ``last_maps`` and ``crop_origin`` are drawn if it has them.
+        Nothing is stored of a try that ended before there was an image. Whatever goes wrong is written into
+        a text file beside, and does not touch the trial. A predictor's ``last_maps`` and ``crop_origin``
+        are drawn if it has them.
         """
         if done.image is None or done.world is None:
             return
@@ -98,16 +91,16 @@ class PictureRecorder:
         try:
             sheet, clip = _paths(self._run, number, self._attempt)
             sheet.parent.mkdir(parents=True, exist_ok=True)
-            take = Take.of(done, self._recording, predictor, self._attempt)
-            _write(sheet, _webp([self._sheet(take)], 72))
+            take = Take.of(done, self, predictor, self._attempt)
+            write_whole(sheet, _webp([self._sheet(take)], 72))
             if wanted(self._mode, done.record.success) and take.moved:
                 with Filmer(done.world.model, self._scenario, CLIP_SIZE) as filmer:
-                    _write(clip, _webp([filmer.shoot(m.qpos) for m in take.moments], 42))
+                    write_whole(clip, _webp([filmer.shoot(m.qpos) for m in take.moments], 42))
         except Exception as error:  # a full disk, a foreign predictor's odd maps
             note_fault(self._run, number, error, self._attempt)
 
     def _sheet(self, take: Take) -> Rgb:
-        """(2 · TILE, 2 · TILE, 3) pictures of a try."""
+        """Return (2 · TILE, 2 · TILE, 3) pictures of a try."""
         assert take.done.world is not None
         shown = take.pictures()
         with Filmer(take.done.world.model, self._scenario, (TILE, TILE)) as filmer:
@@ -116,7 +109,7 @@ class PictureRecorder:
 
 
 def faults(run: Path) -> dict[int, str]:
-    """Trials whose media could not be made, and why; of an episode, those of its first such attempt."""
+    """Return trials whose media could not be made, and why; of an episode, its first such attempt."""
     found: dict[int, str] = {}
     for path in sorted((run / FOLDER).glob("*.txt")):
         trial, _, attempt = path.stem.partition("-")
@@ -126,7 +119,7 @@ def faults(run: Path) -> dict[int, str]:
 
 
 def note_fault(run: Path, trial: int, error: Exception, attempt: int | None = None) -> None:
-    """Write down why something of a try could not be stored, if that can be."""
+    """Write down why something of a try could not be stored, if that can be written."""
     with suppress(OSError):
         (run / FOLDER / f"{stem(trial, attempt)}.txt").write_text(
             f"{type(error).__name__}: {error}\n", encoding="utf-8"
@@ -139,7 +132,7 @@ def _paths(run: Path, trial: int, attempt: int | None) -> tuple[Path, Path]:
 
 
 def _webp(frames: list[Rgb], quality: int) -> bytes:
-    """One picture, or an endless animation whose last frame stays a second."""
+    """Return one picture, or an endless animation whose last frame stays a second."""
     buffer = io.BytesIO()
     first, *others = (Image.fromarray(f) for f in frames)
     if not others:
@@ -159,9 +152,3 @@ def _webp(frames: list[Rgb], quality: int) -> bytes:
             kmax=1000,
         )
     return buffer.getvalue()
-
-
-def _write(path: Path, content: bytes) -> None:
-    temporary = path.with_suffix(".tmp")
-    temporary.write_bytes(content)
-    temporary.replace(path)

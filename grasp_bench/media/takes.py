@@ -22,11 +22,11 @@ class Take:
     """A finished try.
 
     Attributes:
-        done: what was made on the way.
+        done: image, grasps, plan, world and record of the try.
         moments: its states in order, the end last; empty where there never was a world.
         maps: the predictor's dense answer, None for predictors without.
         origin: (x, y) of the maps' corner in the image [px].
-        attempt: number in its episode, from 0; None of a single trial.
+        attempt: number in its episode, from 0; None for a single trial.
     """
 
     done: Trial
@@ -37,12 +37,12 @@ class Take:
 
     @classmethod
     def of(cls, done: Trial, recording: Recording, predictor: Any, attempt: int | None = None) -> Self:
-        """The take of a try that ended just now, before its predictor is asked about another.
+        """Return the take of a try that ended just now, before its predictor is asked about another.
 
         Args:
             done: the try.
-            recording: that watched it.
-            predictor: that was asked; its ``last_maps`` and ``crop_origin`` are taken if it has them.
+            recording: the recording that watched it.
+            predictor: the predictor asked; its ``last_maps`` and ``crop_origin`` are taken if it has them.
             attempt: number in its episode.
         """
         moments = list(recording.moments)
@@ -59,41 +59,37 @@ class Take:
 
     @property
     def name(self) -> str:
-        """Which trial it is, or which attempt of an episode."""
+        """The trial's number, and that of the attempt of an episode."""
         trial = f"trial {self.done.record.trial}"
         return trial if self.attempt is None else f"{trial}, attempt {self.attempt}"
 
     @property
     def moved(self) -> bool:
-        """The arm moved, so that there is more than an end to show."""
+        """Whether the arm moved, so that there is more than an end to show."""
         return len(self.moments) > 1
 
     @property
     def start(self) -> float:
-        """Simulated seconds of the first state."""
+        """Simulated time of the first state [s]."""
         return self.moments[0].time if self.moments else 0.0
 
-    def check_seen(self) -> None:
-        """Refuse what ended before there was an image.
-
-        Raises:
-            GraspBenchError: saying how it ended.
-        """
-        if self.done.image is None or self.done.world is None:
-            raise GraspBenchError(
-                f"{self.name.capitalize()} ended before there was an image "
-                f"({self.done.record.outcome}); there is nothing to show."
-            )
+    @property
+    def seen(self) -> bool:
+        """Whether there is an image, so that there is something to show."""
+        return self.done.image is not None and self.done.world is not None
 
     def pictures(self) -> dict[str, Rgb]:
-        """What was ``seen``, its ``depth``, and what was ``proposed``: squares of one part of the image.
+        """Draw what was ``seen``, its ``depth``, and what was ``proposed``: squares of one part of the image.
 
         Raises:
             GraspBenchError: for what ended before there was an image.
         """
-        self.check_seen()
         image, grasp = self.done.image, self.done.record.grasp
-        assert image is not None
+        if image is None:
+            raise GraspBenchError(
+                f"{self.name.capitalize()} ended before there was an image "
+                f"({self.done.record.outcome}); there is nothing to show."
+            )
         crop = crop_for(image, [] if grasp is None else [grasp])
         return {
             "seen": seen(image, crop, grasp),

@@ -1,4 +1,4 @@
-"""A replay in a web browser, by viser: robot, object and camera in 3-D, what was seen, a time slider."""
+"""A replay in a web browser, by viser: robot, object and camera in 3-D, the image, a time slider."""
 
 from __future__ import annotations
 
@@ -22,17 +22,13 @@ if TYPE_CHECKING:
 RATE = 30.0
 """States shown a second."""
 EYE = (-0.75, -0.55, 0.75)
-"""Where a page first looks from, seen from the table's middle: over the arm's shoulder [m]."""
+"""First viewpoint of a page relative to the table's middle, over the arm's shoulder [m]."""
 PAUSE = 1.0
-"""Simulated seconds that the end of a try is shown before what follows."""
+"""Simulated seconds for which the end of a try is shown."""
 
 
 def import_viser() -> Any:
-    """The library.
-
-    Raises:
-        GraspBenchError: when it is not installed, saying how to get it.
-    """
+    """Import viser, or raise GraspBenchError that says how to install it."""
     try:
         import viser
     except ImportError as error:
@@ -44,24 +40,19 @@ class BrowserReplay:
     """The scene of a replay on a viser server.
 
     Args:
-        replay: of a trial that was seen at least; of an episode, those of its attempts that were.
-        server: where to show it.
+        replay: a trial that has an image, or an episode, of which the attempts with an image are shown.
+        server: viser's server.
 
     Attributes:
-        takes: what can be shown.
-        stage: bodies of the one that is shown now.
+        takes: the tries that can be shown.
+        stage: bodies of the try that is shown now.
 
     Raises:
         GraspBenchError: for a trial that ended before there was an image.
     """
 
     def __init__(self, replay: Replay, server: viser.ViserServer) -> None:
-        self.takes = [t for t in replay.takes if t.done.image is not None and t.done.world is not None]
-        if not self.takes:
-            raise GraspBenchError(
-                f"Trial {replay.record.trial} ended before there was an image "
-                f"({replay.record.outcome}); there is nothing to show."
-            )
+        self.takes = replay.seen()
         self.server, self._scenario = server, replay.scenario
         server.scene.set_up_direction("+z")
         server.on_client_connect(self.aim)
@@ -79,12 +70,12 @@ class BrowserReplay:
 
     @property
     def take(self) -> Take:
-        """What is shown now."""
+        """The try that is shown now."""
         return self.takes[self._number]
 
     @property
     def duration(self) -> float:
-        """Simulated seconds from the first state of what is shown to the last."""
+        """Simulated time from the first state that is shown to the last [s]."""
         return self.take.moments[-1].time - self.take.start
 
     def load(self, number: int) -> None:
@@ -170,13 +161,13 @@ class BrowserReplay:
             self.show(max(0, int(np.searchsorted(self._times, seconds + 1e-9, side="right")) - 1))
 
     def show(self, index: int) -> None:
-        """Show the state at a position among the moments of what is shown."""
+        """Show the state at position ``index`` among the moments of the try."""
         with self._lock, self.server.atomic():
             for body, (position, quaternion) in self.stage.poses(self.take.moments[index].qpos).items():
                 self._bodies[body].position, self._bodies[body].wxyz = position, quaternion
 
     def step(self, seconds: float) -> None:
-        """Move the slider on; after the end comes the next attempt, and after the last one the first."""
+        """Move the slider on; the end of an attempt is followed by the next one, the last by the first."""
         with self._lock:
             ahead = self.slider.value + seconds
             if ahead <= self.duration + PAUSE or self.attempt is None:
@@ -185,14 +176,14 @@ class BrowserReplay:
                 self.attempt.value = self.attempt.options[(self._number + 1) % len(self.takes)]
 
     def play(self, stop: threading.Event) -> None:
-        """Move on while it is asked for, until ``stop``."""
+        """Move on while the box "Play" is ticked, until ``stop``."""
         while not stop.wait(1 / RATE):
             if self.playing.value:
                 self.step(self.speed.value / RATE)
 
 
 def _plain(text: str) -> str:
-    """Text that Markdown shows as it is: names may hold anything."""
+    """Return text that Markdown shows as it is: names may hold anything."""
     return "".join(f"\\{c}" if c in r"\`*_{}[]()<>#+-.!|&~$:" else c for c in text)
 
 

@@ -1,4 +1,4 @@
-"""What ``grasp-bench report --format html`` does before it writes: missing pictures, by replay."""
+"""Pictures that are missing for ``grasp-bench report --format html``, made by replay."""
 
 from __future__ import annotations
 
@@ -7,30 +7,28 @@ from pathlib import Path
 
 import typer
 
+from grasp_bench.media.modes import check_mode
 from grasp_bench.runs.folder import load_run
-from grasp_bench.system.graphics import LIBRARIES, with_gl, without_gl
+from grasp_bench.system.graphics import prepare
+from grasp_bench.system.progress import Progress
 
 
 def render_missing(folders: list[Path], mode: str, objects: Path | None) -> None:
     """Make the pictures and clips of trials that have none, and say what could not be made.
 
     Args:
-        folders: of the runs.
+        folders: folders of the runs.
         mode: ``none``, ``failures`` or ``all``.
         objects: folder of the objects' catalogue; the shipped ones by default.
 
     Raises:
         GraspBenchError: for an unknown mode, or a run that cannot be done again here.
     """
-    for renderer in {load_run(f).renderer for f in folders} & set(LIBRARIES):
-        with_gl(renderer)
-    without_gl()
-    from grasp_bench.media.modes import check_mode
-
+    for renderer in sorted({load_run(f).renderer for f in folders}):
+        prepare(renderer)
     if check_mode(mode) == "none":
         return
     from grasp_bench.replay.rerender import missing, rerender
-    from grasp_bench.system.progress import Progress
 
     for folder in folders:
         count = len(missing(folder, mode))

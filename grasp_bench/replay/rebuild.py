@@ -1,4 +1,4 @@
-"""Does a recorded trial again, or a whole episode of clutter, and holds the result against its record."""
+"""A recorded trial, or a whole episode of clutter, done again and compared with its record."""
 
 from __future__ import annotations
 
@@ -8,14 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from grasp_bench.errors import ResultsError
+from grasp_bench.errors import GraspBenchError, ResultsError
 from grasp_bench.execution.describe import describe
 from grasp_bench.media.recording import Recording
 from grasp_bench.media.takes import Take
 from grasp_bench.objects.catalog import Catalog
-from grasp_bench.predictors import load_predictor
 from grasp_bench.predictors.identity import identify
-from grasp_bench.predictors.protocol import Predictor
+from grasp_bench.predictors.use import in_use
 from grasp_bench.runs.folder import TRIALS, load_run
 from grasp_bench.runs.info import RUN, Group, RunInfo
 from grasp_bench.runs.jobs import Job, Settings, spread
@@ -23,7 +22,6 @@ from grasp_bench.runs.lines import scan
 from grasp_bench.runs.record import TrialRecord
 from grasp_bench.scenario.outcomes import HARNESS_FAULTS
 from grasp_bench.scenario.sections import Scenario
-from grasp_bench.scene.world import World
 from grasp_bench.trials.attempt import Trial
 from grasp_bench.trials.job import do_job
 from grasp_bench.trials.workcell import Workcell
@@ -35,10 +33,9 @@ class Replay:
 
     Attributes:
         run: content of its ``run.json``.
-        stored: its record as the run wrote it.
-        record: its record as it went now.
+        stored, record: the record that the run wrote, and that of the trial done now.
         takes: what there is to show: the trial, or the attempts of its episode.
-        scenario: of the run.
+        scenario: scenario of the run.
         differs: what is not as recorded, in words; empty when all is the same to the bit.
         causes: how this installation differs from the one that wrote the record.
     """
@@ -53,22 +50,28 @@ class Replay:
 
     @property
     def identical(self) -> bool:
-        """The new record is the stored one, byte for byte."""
+        """Whether the new record is the stored one, byte for byte."""
         return self.record.line() == self.stored.line()
 
+    def seen(self) -> list[Take]:
+        """Return the takes that have an image; GraspBenchError where none has."""
+        if found := [take for take in self.takes if take.seen]:
+            return found
+        raise GraspBenchError(
+            f"Trial {self.record.trial} ended before there was an image "
+            f"({self.record.outcome}); there is nothing to show."
+        )
 
-class _Camera:
-    """Watches one try as its observer, and adds its take to those of the replay."""
 
-    def __init__(self, takes: list[Take], every: int, attempt: int | None = None) -> None:
+class _Camera(Recording):
+    """A recording of one try, kept as a take of the replay."""
+
+    def __init__(self, takes: list[Take], every: int, attempt: int | None) -> None:
+        super().__init__(every, touches=True)
         self._takes, self._attempt = takes, attempt
-        self._recording = Recording(every, touches=True)
-
-    def __call__(self, world: World) -> None:
-        self._recording(world)
 
     def keep(self, done: Trial, predictor: Any) -> None:
-        self._takes.append(Take.of(done, self._recording, predictor, self._attempt))
+        self._takes.append(Take.of(done, self, predictor, self._attempt))
 
 
 def rebuild(
@@ -77,16 +80,16 @@ def rebuild(
     """Do a trial of the run in ``folder`` again.
 
     Args:
-        folder: of the run.
-        trial: its number.
+        folder: the run's folder.
+        trial: number of the trial.
         objects: folder of the objects' catalogue; the shipped ones by default.
         every: samples of the motion (4 ms in the shipped scenarios) from one kept state to the next.
-        attempt: of an episode, the only one to show; all are done again nevertheless.
+        attempt: the only attempt of an episode to show; all are done again nevertheless.
 
     Raises:
         ResultsError: for a folder without a run, a trial or an attempt it does not hold, or a record that is
             not of the trial which ``run.json`` plans under that number.
-        GraspBenchError: for an object or a predictor that is not to be had here.
+        GraspBenchError: for an object or a predictor that is not available here.
     """
     import cv2
 
@@ -97,12 +100,18 @@ def rebuild(
         check_attempt(stored, attempt)
     settings, catalog = settings_of(run, folder, objects)
     job = job_of(run, stored, folder)
-    predictor = load_predictor(settings.predictor)
-    new, takes = _again(settings, catalog, job, predictor, every, attempt)
+    takes: list[Take] = []
+
+    def watch(number: int | None) -> _Camera | None:
+        return _Camera(takes, every, number) if attempt in (None, number) else None
+
+    cell = Workcell(settings.scenario, settings.renderer)
+    with in_use(settings.predictor) as predictor:
+        new = do_job(cell, catalog, predictor, job, settings.seed, watch).record
     differs = list(_differences(stored.to_json(), new.to_json()))
     causes = []
     if differs:
-        here = describe(settings, spread([job.object], 1), catalog, identify(settings.predictor, predictor))
+        here = describe(settings, spread([job.object], 1), catalog, identify(settings.predictor))
         there = run.model_copy(update={"objects": {name: run.objects.get(name) for name in here.objects}})
         groups = (Group.INSTALLED, Group.ORIGIN)
         causes = [
@@ -115,22 +124,8 @@ def rebuild(
     return Replay(run, stored, new, tuple(takes), settings.scenario, differs, causes)
 
 
-def _again(
-    settings: Settings, catalog: Catalog, job: Job, predictor: Predictor, every: int, attempt: int | None
-) -> tuple[TrialRecord, list[Take]]:
-    """The record of a job that is done now, and what there is to show of it."""
-    cell = Workcell(settings.scenario, settings.renderer)
-    takes: list[Take] = []
-
-    def watch(number: int | None) -> _Camera | None:
-        return _Camera(takes, every, number) if attempt in (None, number) else None
-
-    done = do_job(cell, catalog, predictor, job, settings.seed, watch)
-    return done.record, takes
-
-
 def _differences(stored: dict[str, Any], new: dict[str, Any], where: str = "") -> Iterator[str]:
-    """What two records differ in, in words; attempts of an episode one by one."""
+    """Yield what two records differ in, in words; attempts of an episode one by one."""
     for key in dict.fromkeys([*stored, *new]):
         was, now = stored.get(key), new.get(key)
         if was == now:
@@ -149,11 +144,7 @@ def _differences(stored: dict[str, Any], new: dict[str, Any], where: str = "") -
 
 
 def stored_record(folder: Path, trial: int) -> TrialRecord:
-    """The record of a trial.
-
-    Raises:
-        ResultsError: when the run does not hold it.
-    """
+    """Read the record of a trial; ResultsError when the run does not hold it."""
     numbers = []
     for line in scan(folder / TRIALS, unique=False):
         record = line.record
@@ -165,11 +156,7 @@ def stored_record(folder: Path, trial: int) -> TrialRecord:
 
 
 def check_attempt(stored: TrialRecord, attempt: int) -> None:
-    """Refuse an attempt that a trial's record does not hold.
-
-    Raises:
-        ResultsError: saying which it holds.
-    """
+    """Raise ResultsError for an attempt that a trial's record does not hold, saying which it holds."""
     if stored.clutter is None:
         raise ResultsError(f"Trial {stored.trial} is not an episode of clutter; leave --attempt out.")
     count = len(stored.clutter.attempts)
@@ -179,7 +166,7 @@ def check_attempt(stored: TrialRecord, attempt: int) -> None:
 
 
 def settings_of(run: RunInfo, folder: Path, objects: Path | None) -> tuple[Settings, Catalog]:
-    """How the run's trials are done, and its objects."""
+    """Return the settings of the run's trials, and its objects."""
     catalog = Catalog(objects)
     scenario = run.parsed(str(folder / RUN))
     settings = Settings(scenario, catalog.folder.resolve(), run.predictor, run.seed, run.renderer)
@@ -187,11 +174,7 @@ def settings_of(run: RunInfo, folder: Path, objects: Path | None) -> tuple[Setti
 
 
 def job_of(run: RunInfo, stored: TrialRecord, folder: Path) -> Job:
-    """The job that a record is of.
-
-    Raises:
-        ResultsError: when the record is of another object than the run plans for its number.
-    """
+    """Return the job of a record; ResultsError when the run plans another object for its number."""
     names = run.tried
     if not names:
         raise ResultsError(f"{folder / 'run.json'} names no objects; restore it.")

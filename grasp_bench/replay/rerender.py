@@ -1,4 +1,4 @@
-"""Makes pictures and clips of a finished run that recorded none, by doing its trials again."""
+"""Pictures and clips of a finished run that stored none, made by doing its trials again."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Rerendered:
     """What :func:`rerender` did.
 
     Attributes:
-        made: trials that have pictures now.
+        made: number of trials that have pictures now.
         differing: numbers of trials that did not end as recorded; they got none.
         failed: why pictures of a trial could not be made, by its number.
     """
@@ -34,10 +34,10 @@ class Rerendered:
 
 
 def missing(folder: Path, mode: str) -> dict[int, TrialRecord]:
-    """Records, by number, of the trials that ``mode`` wants pictures and clips of and that lack some.
+    """Return records, by number, of the trials that lack pictures or clips which ``mode`` wants.
 
-    Tries that the harness is at fault for have no pictures. An episode is lacking where one of its attempts
-    is.
+    Tries that end in a fault of the harness have no pictures. An episode lacks some where one of its
+    attempts does.
     """
     lacking = {}
     for line in scan(folder / TRIALS, unique=False):
@@ -66,10 +66,10 @@ def rerender(
     """Do trials of a run again to have their pictures and clips; its records are not touched.
 
     Args:
-        folder: of the run.
+        folder: the run's folder.
         mode: ``failures`` or ``all``.
         objects: folder of the objects' catalogue; the shipped ones by default.
-        workers: processes; 0 takes one for each core.
+        workers: number of processes; 0 takes one for each core.
         progress: called with the new record of each trial.
 
     Raises:

@@ -14,7 +14,7 @@ from grasp_bench.trials.attempt import Trial
 
 
 def story(replay: Replay) -> list[str]:
-    """One sentence or two a step, in order; of an episode, attempt after attempt."""
+    """Tell a trial in one or two sentences a step, in order; an episode attempt after attempt."""
     record, scenario = replay.record, replay.scenario
     told = [
         f"Trial {record.trial}: {record.object} ({record.category}), scenario {scenario.name}, "
@@ -34,7 +34,7 @@ def story(replay: Replay) -> list[str]:
 
 
 def tell(take: Take) -> list[str]:
-    """What happened in one try, from its picture to its end."""
+    """Tell what happened in one try, from its picture to its end."""
     done, record = take.done, take.done.record
     if done.image is None:
         return [f"Ended before there was an image: {record.outcome}. {record.detail}"]
@@ -60,7 +60,7 @@ def tell(take: Take) -> list[str]:
 
 
 def _motion(done: Trial) -> list[str]:
-    """What was planned, and how well it was reached."""
+    """Tell what was planned, and how well it was reached."""
     record, plan = done.record, done.plan
     if plan is None:
         return ["Planned: none of them can be carried out."]
@@ -76,7 +76,7 @@ def _motion(done: Trial) -> list[str]:
 
 
 def _contact(moments: Sequence[Moment]) -> list[str]:
-    """When the fingers held the object, and when they no longer did."""
+    """Tell when the fingers held the object, and when they no longer did."""
     held = [m.touch is not None and m.touch.held for m in moments]
     if not any(held):
         touched = [m.time for m in moments if m.touch is not None and m.touch.left + m.touch.right > 0]

@@ -1,4 +1,4 @@
-"""A replay as a film: the scene from beside, with what was seen and proposed set into it.
+"""A replay as a film: the scene from the side, with what was seen and proposed set into it.
 
 GIF and WebP are written by Pillow; everything else, MP4 above all, by ffmpeg, which comes with
 the optional ``imageio-ffmpeg``.
@@ -26,11 +26,11 @@ RATES = {".mp4": 25.0, ".webm": 25.0, ".mkv": 25.0, ".mov": 25.0, ".gif": 12.5, 
 INSET = 0.27
 """Edge of an inset as a share of the film's height."""
 LAST = 1.0
-"""Seconds that the last picture of a try stays."""
+"""Seconds for which the last picture of a try stays."""
 
 
 def check_kind(path: Path) -> float:
-    """Frames a second of a film's kind.
+    """Return the frames a second of a film's kind.
 
     Raises:
         GraspBenchError: for a kind that cannot be written, or whose library is missing.
@@ -53,9 +53,9 @@ def write_film(replay: Replay, path: Path, size: tuple[int, int] = (640, 480), o
     """Write the replay as a film, the attempts of an episode one after the other.
 
     Args:
-        replay: of a trial that was seen at least; of an episode, its attempts that were are filmed.
-        path: file to write; its ending says which kind.
-        size: width and height in pixels, even numbers.
+        replay: a trial that has an image, or an episode, of which the attempts with an image are filmed.
+        path: file to write, of the kind that its ending says.
+        size: width and height [px], even numbers.
         opengl: draw with OpenGL; see :class:`~grasp_bench.media.film.Filmer`.
 
     Returns:
@@ -76,14 +76,8 @@ def write_film(replay: Replay, path: Path, size: tuple[int, int] = (640, 480), o
 
 
 def _frames(replay: Replay, rate: float, size: tuple[int, int], opengl: bool) -> Iterator[Rgb]:
-    """One try after the other; the end of each is shown for a while."""
-    seen = [t for t in replay.takes if t.done.image is not None and t.done.world is not None]
-    if not seen:
-        raise GraspBenchError(
-            f"Trial {replay.record.trial} ended before there was an image "
-            f"({replay.record.outcome}); there is nothing to show."
-        )
-    for take in seen:
+    """Yield one try after the other; the end of each is shown for a while."""
+    for take in replay.seen():
         yield from _try(take, replay.scenario, rate, size, opengl)
 
 
@@ -107,7 +101,7 @@ def _try(take: Take, scenario: Scenario, rate: float, size: tuple[int, int], ope
 
 
 def _compose(frame: Rgb, insets: dict[str, Rgb], caption: str) -> Rgb:
-    """The frame with insets at its left edge and a caption at its foot."""
+    """Return the frame with insets at its left edge and a caption at its foot."""
     picture = Image.fromarray(frame)
     draw = ImageDraw.Draw(picture)
     edge = round(INSET * picture.height)
@@ -126,7 +120,7 @@ def _label(draw: ImageDraw.ImageDraw, at: tuple[int, int], text: str) -> None:
 
 
 def _write_pillow(frames: Iterator[Rgb], path: Path, rate: float) -> int:
-    """The number of pictures, which are all held in memory until they are written."""
+    """Write all pictures at once, held in memory until then, and return their number."""
     first, *others = (Image.fromarray(f) for f in frames)
     if path.suffix.lower() == ".gif":
         first, *others = (i.quantize(64) for i in (first, *others))
@@ -135,7 +129,7 @@ def _write_pillow(frames: Iterator[Rgb], path: Path, rate: float) -> int:
 
 
 def _write_ffmpeg(frames: Iterator[Rgb], path: Path, rate: float, size: tuple[int, int]) -> int:
-    """The number of pictures, each of which is written as it is drawn."""
+    """Write each picture as it is drawn, and return their number."""
     import imageio_ffmpeg
 
     first = next(frames)  # raises where there is nothing to show, before a file is begun

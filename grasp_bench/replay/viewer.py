@@ -14,15 +14,11 @@ from grasp_bench.media.takes import Take
 from grasp_bench.replay.rebuild import Replay
 
 PAUSE = 1.0
-"""Seconds that the end is shown before what follows."""
+"""Seconds for which the end is shown."""
 
 
 def check_display() -> None:
-    """Refuse where no window can be opened.
-
-    Raises:
-        GraspBenchError: naming the way that needs no display.
-    """
+    """Raise GraspBenchError where no window can be opened, naming what needs no display."""
     if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise GraspBenchError(
             "There is no display for MuJoCo's viewer; --browser shows the trial in a web "
@@ -33,8 +29,8 @@ def check_display() -> None:
 def show(replay: Replay) -> None:
     """Play the trial again and again until the window is closed.
 
-    A window holds one world, and each attempt of an episode has its own: they are played in one window after
-    the other, once each.
+    A window shows one world, and each attempt of an episode has its own: they are played once each, in
+    one window after the other.
 
     Raises:
         GraspBenchError: when no window can be opened, or nothing moved.
@@ -61,7 +57,7 @@ def show(replay: Replay) -> None:
 
 
 def play(window: Any, take: Take, model: mujoco.MjModel, data: mujoco.MjData) -> bool:
-    """Play a take once, in real time; whether the window is still open."""
+    """Play a take once, in real time, and return whether the window is still open."""
     began = time.monotonic()
     for m in take.moments:
         if not window.is_running():

@@ -1,1 +1,1 @@
-"""Records into words: tables, the HTML report, the gate and the leaderboard."""
+"""Records in words: tables, the HTML report, the gate and the leaderboard."""

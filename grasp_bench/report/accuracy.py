@@ -25,24 +25,14 @@ NOTE = (
 
 
 def accuracy_table(dataset: str, results: Sequence[Evaluation]) -> TextTable:
-    """Table 1 or 2 of the paper with our rows below; synthetic scenes have only ours."""
+    """Return Table 1 or 2 of the paper with our rows below; synthetic scenes have only ours."""
     rows = []
     for row in TABLES.get(dataset, ()):
         time = "" if row.milliseconds is None else f"{row.milliseconds:g}"
         for split, rate in (("image", row.image_wise), ("object", row.object_wise)):
             if rate is not None:
-                rows.append(
-                    [
-                        f"{row.method} ({row.authors})",
-                        row.input,
-                        split if dataset == "cornell" else "",
-                        "",
-                        f"{rate:g}%",
-                        "",
-                        time,
-                        "paper",
-                    ]
-                )
+                method, shown = f"{row.method} ({row.authors})", split if dataset == "cornell" else ""
+                rows.append([method, row.input, shown, "", f"{rate:g}%", "", time, "paper"])
     paper = frozenset(range(len(rows)))
     how = Footnotes()
     rows += [_ours(r, how.mark(conditions(r))) for r in results]
@@ -52,15 +42,11 @@ def accuracy_table(dataset: str, results: Sequence[Evaluation]) -> TextTable:
 def _ours(result: Evaluation, mark: str) -> list[str]:
     weights, trained = result.weights, result.trained
     kind = str(weights.input).split(" ")[0] if weights else ""
-    how = (
-        ", trained per fold"
-        if trained
-        else ""
-        if weights is None or not weights.model_fields_set
-        else ", weights that saw real images"
-        if weights.saw_real_images
-        else ", zero-shot"
-    )
+    how = ""
+    if trained:
+        how = ", trained per fold"
+    elif weights and weights.model_fields_set:
+        how = ", weights that saw real images" if weights.saw_real_images else ", zero-shot"
     return [
         result.predictor + how,
         {"rgbd": "RGB-D", "rgb": "RGB", "depth": "D"}.get(kind, ""),
@@ -72,17 +58,13 @@ def _ours(result: Evaluation, mark: str) -> list[str]:
 
 
 def conditions(result: Evaluation) -> str:
-    """How a result came about: folds, training, protocol."""
+    """Say how a result came about: folds, training, protocol."""
     parts = [result.how]
     if trained := result.trained:
+        mixed = f" and {', '.join(trained.synthetic)} (real share {trained.real_share:g})"
         parts.append(
             f"trained for each fold from {trained.begun_with or 'random weights'} by "
-            f"{trained.steps} steps of {trained.batch} on the other folds"
-            + (
-                f" and {', '.join(trained.synthetic)} (real share {trained.real_share:g})"
-                if trained.synthetic
-                else ""
-            )
+            f"{trained.steps} steps of {trained.batch} on the other folds{mixed if trained.synthetic else ''}"
         )
     elif result.weights and (data := result.weights.data):
         steps = result.weights.steps
@@ -94,7 +76,7 @@ def conditions(result: Evaluation) -> str:
 
 
 def summary(result: Evaluation) -> list[str]:
-    """What to say before the table: the data, folds and verdicts."""
+    """Return what to say before the table: the data, folds and verdicts."""
     verdicts = ", ".join(f"{k.replace('_', ' ')} {v}" for k, v in result.verdicts.items() if v)
     lines = [result.found, f"Labels dropped because of NaN or no area: {result.dropped_rectangles}."]
     if len(result.folds) > 1 or result.trained:
@@ -115,7 +97,7 @@ def summary(result: Evaluation) -> list[str]:
 
 
 def ablation_table(results: Sequence[Evaluation]) -> TextTable:
-    """Table 3 of the paper with what was measured of the same networks beside it."""
+    """Return Table 3 of the paper with what was measured of the same networks beside it."""
     rows, how = [], Footnotes()
     for row in TABLE_3:
         for dataset, printed in (("cornell", row.cornell), ("jacquard", row.jacquard)):
@@ -138,21 +120,8 @@ def ablation_table(results: Sequence[Evaluation]) -> TextTable:
                     ]
                 )
     rows.sort(key=lambda r: r[0])
-    return TextTable(
-        "Table 3, re-measured: ablations",
-        (
-            "Data set",
-            "External attention",
-            "Channel attention",
-            "Paper",
-            "Correct",
-            "Here",
-            "95 % interval",
-            "How",
-        ),
-        rows,
-        note="Without external attention, blocks have multi-head self-attention (the paper's equation 3). "
-        + NOTE,
-        footnotes=how,
-        numbers=(3, 4, 5, 6),
-    )
+    switches = ("External attention", "Channel attention")
+    head = ("Data set", *switches, "Paper", "Correct", "Here", "95 % interval", "How")
+    title = "Table 3, re-measured: ablations"
+    without = "Without external attention, blocks have multi-head self-attention (the paper's equation 3)."
+    return TextTable(title, head, rows, note=f"{without} {NOTE}", footnotes=how, numbers=NUMBERS)

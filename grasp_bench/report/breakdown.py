@@ -1,4 +1,4 @@
-"""Success by what a trial was like, and predicted quality against what happened."""
+"""Success by properties of the trials, and predicted quality against success."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from grasp_bench.runs.results import RunResults
 from grasp_bench.runs.statistics import Rate
 
 MASS_EDGES = (0.05, 0.1, 0.2, 0.4)
-"""Kilograms."""
+"""Masses between intervals [kg]."""
 SIZE_EDGES = (0.06, 0.1, 0.15, 0.2)
-"""Longest edge of an object's box [m]."""
+"""Longest edges of an object's box between intervals [m]."""
 UNKNOWN = "unknown"
 
 
@@ -31,7 +31,7 @@ class ObjectFacts:
 
 
 def object_facts(run: RunResults, catalog: Catalog) -> dict[str, ObjectFacts]:
-    """Facts of the run's objects by name.
+    """Return facts of the run's objects by name.
 
     Objects that the catalogue does not hold, or holds with other files, are left out.
     """
@@ -45,19 +45,19 @@ def object_facts(run: RunResults, catalog: Catalog) -> dict[str, ObjectFacts]:
 
 
 def bin_labels(edges: Sequence[float], factor: float, unit: str) -> list[str]:
-    """Names of the intervals between ``edges`` and beyond them, in ``factor`` times their unit."""
+    """Return names of the intervals between ``edges`` and beyond them, in ``factor`` times their unit."""
     shown = [f"{factor * e:g}" for e in edges]
     inner = [f"{a}–{b} {unit}" for a, b in pairwise(shown)]
     return [f"< {shown[0]} {unit}", *inner, f"≥ {shown[-1]} {unit}"]
 
 
 def bin_of(value: float | None, edges: Sequence[float], labels: Sequence[str]) -> str:
-    """The label of the interval that holds ``value``."""
+    """Return the label of the interval that holds ``value``."""
     return UNKNOWN if value is None else labels[sum(value >= e for e in edges)]
 
 
 def noise_label(run: RunResults) -> str:
-    """What a run's depth noise is called: scenario and the noise near the camera [mm]."""
+    """Return what a run's depth noise is called: scenario and the noise near the camera [mm]."""
     sigma = (run.info.scenario.get("sensor") or {}).get("axial_sigma")
     level = "noise unknown" if sigma is None else f"σ {1000 * sigma:g} mm"
     return f"{run.info.scenario_name}: {level}"
@@ -68,9 +68,9 @@ class Breakdown:
     """Success by one property of the trials.
 
     Attributes:
-        key, title: of the property.
+        key, title: short and long name of the property.
         labels: its values or intervals, in their order.
-        runs: rate by label, of each run.
+        runs: rate by label, for each run.
     """
 
     key: str
@@ -80,7 +80,7 @@ class Breakdown:
 
 
 def breakdowns(runs: Sequence[RunResults], facts: Sequence[dict[str, ObjectFacts]]) -> list[Breakdown]:
-    """Success by family, mass, size and noise, for each run."""
+    """Return success by family, mass, size and noise, for each run."""
     masses = bin_labels(MASS_EDGES, 1000, "g")
     sizes = bin_labels(SIZE_EDGES, 1000, "mm")
     kinds: list[tuple[str, str, list[str], Callable[[ObjectFacts | None], str]]] = [
@@ -105,7 +105,7 @@ def breakdowns(runs: Sequence[RunResults], facts: Sequence[dict[str, ObjectFacts
 
 @dataclass(frozen=True)
 class Category:
-    """Success at a category of objects: of each run that met it, and of all together."""
+    """Success at a category of objects: for each run that met it, and for all together."""
 
     category: str
     cells: list[Rate | None]
@@ -113,7 +113,7 @@ class Category:
 
 
 def by_category(runs: Sequence[RunResults]) -> list[Category]:
-    """Those that failed most come first."""
+    """Return success by category; those that failed most come first."""
     by_run = [tally((r.category, r.success) for r in run.records) for run in runs]
     rows = []
     for name in {c for row in by_run for c in row}:
@@ -137,7 +137,7 @@ class Calibration:
 
     Attributes:
         bins: intervals of quality with a trial in them.
-        trials: with a grasp.
+        trials: number of trials with a grasp.
         error: expected calibration error (Guo et al., ICML 2017: the mean over trials of
             |quality − rate| of their bins); None where no trial has a grasp.
         brier: mean squared difference of quality and outcome; None likewise.
@@ -150,7 +150,7 @@ class Calibration:
 
 
 def calibration(run: RunResults, bins: int = 10) -> Calibration:
-    """Calibration of a run in ``bins`` intervals of equal width."""
+    """Return the calibration of a run in ``bins`` intervals of equal width."""
     known = [(r.grasp.quality, r.success) for r in run.records if r.grasp is not None]
     if not known:
         return Calibration([], 0, None, None)
@@ -178,8 +178,8 @@ class Latency:
     """Wall time of a run's trials.
 
     Attributes:
-        phases: mean seconds of each.
-        predict, total: of predicting, and of a whole trial; None where nothing is known.
+        phases: mean seconds by phase.
+        predict, total: seconds of predicting, and of a whole trial; None where nothing is known.
     """
 
     phases: dict[str, float]
@@ -188,7 +188,7 @@ class Latency:
 
 
 def latency(run: RunResults) -> Latency:
-    """How long a run's trials took."""
+    """Return how long a run's trials took."""
     table = run.timings
     phases = [c for c in table.columns if c != "trial"] if len(table) else []
     if not phases:

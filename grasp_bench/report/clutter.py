@@ -19,12 +19,12 @@ class Clearing:
     cluster; tables are independent.
 
     Attributes:
-        episodes: their number.
-        attempts: that lifted an object.
+        episodes: number of episodes.
+        attempts: attempts that lifted an object.
         cleared: objects that were taken away.
         emptied: tables on which nothing was left.
         by_attempt: first attempts that lifted an object, second ones, and so on.
-        outcomes: how many attempts ended in which way, most frequent first.
+        outcomes: number of attempts by outcome, most frequent first.
     """
 
     episodes: int
@@ -35,7 +35,7 @@ class Clearing:
     outcomes: dict[str, int]
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data."""
+        """Return plain data."""
         return {
             "episodes": self.episodes,
             "attempts": self.attempts.to_json(),
@@ -47,11 +47,11 @@ class Clearing:
 
 
 def summarise_clutter(episodes: Sequence[EpisodeRecord], trials: int) -> Clearing:
-    """Figures over episodes.
+    """Return figures over episodes.
 
     Args:
         episodes: the ``clutter`` of each trial's record that has one.
-        trials: all trials; those without an episode (timeouts, errors) emptied no table.
+        trials: number of all trials; those without an episode (timeouts, errors) emptied no table.
     """
 
     def lifted(attempts: Sequence[AttemptRecord]) -> Rate:
@@ -70,18 +70,18 @@ def summarise_clutter(episodes: Sequence[EpisodeRecord], trials: int) -> Clearin
 
 
 def by_frequency(names: Iterable[str]) -> dict[str, int]:
-    """How often each name occurs, the most frequent first."""
+    """Return how often each name occurs, the most frequent first."""
     return dict(sorted(Counter(map(str, names)).items(), key=lambda o: (-o[1], o[0])))
 
 
 def attempts_in_words(figures: Clearing) -> str:
-    """Successes of first attempts, second attempts, and so on, over the tables that saw them."""
+    """Tell the successes of first attempts, second attempts, and so on, over the tables that saw them."""
     turns = enumerate(figures.by_attempt, 1)
     return ", ".join(f"{i}: {turn.successes}/{turn.trials}" for i, turn in turns) or "none"
 
 
 def in_words(figures: Clearing) -> str:
-    """One sentence of :func:`summarise_clutter`'s figures."""
+    """Tell :func:`summarise_clutter`'s figures in one sentence."""
 
     def part(rate: Rate, verb: str) -> str:
         low, high = rate.interval

@@ -1,4 +1,4 @@
-"""Runs against each other on the trials that they have in common."""
+"""Runs compared on the trials that they have in common."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class Pair:
     """Two runs on the same trials.
 
     Attributes:
-        first, second: their positions in the list of runs.
-        both, first_only, second_only, neither: trials in which they succeeded.
-        p_value: of McNemar's exact two-sided test.
+        first, second: positions of the runs in their list.
+        both, first_only, second_only, neither: number of trials in which they succeeded.
+        p_value: p-value of McNemar's exact two-sided test.
         adjusted: the same after Holm's correction for the number of pairs compared.
         discordant: numbers of the trials in which exactly one succeeded.
     """
@@ -40,7 +40,7 @@ class Pair:
 
 
 def same_conditions(first: RunResults, second: RunResults) -> bool:
-    """Whether equal trial numbers mean the same scene: scenario, seed and renderer agree."""
+    """Return whether equal trial numbers mean the same scene: scenario, seed and renderer agree."""
 
     def conditions(run: RunResults) -> list[Any]:
         scenario = {k: v for k, v in run.info.scenario.items() if k != "description"}
@@ -50,7 +50,7 @@ def same_conditions(first: RunResults, second: RunResults) -> bool:
 
 
 def compare_all(runs: Sequence[RunResults]) -> list[Pair]:
-    """All pairs of runs that share trials: same number, object and object files under the same conditions.
+    """Compare all runs that share trials: same number, object and object files under the same conditions.
 
     Runs that are not finished are compared on what they have so far.
     """
@@ -64,24 +64,14 @@ def compare_all(runs: Sequence[RunResults]) -> list[Pair]:
             continue
         ends = [(results[i][key], results[j][key]) for key in common]
         only, other = ends.count((True, False)), ends.count((False, True))
-        pairs.append(
-            Pair(
-                i,
-                j,
-                ends.count((True, True)),
-                only,
-                other,
-                ends.count((False, False)),
-                mcnemar(only, other),
-                1.0,
-                tuple(key[0] for key, (a, b) in zip(common, ends, strict=True) if a != b),
-            )
-        )
+        both, neither = ends.count((True, True)), ends.count((False, False))
+        discordant = tuple(key[0] for key, (a, b) in zip(common, ends, strict=True) if a != b)
+        pairs.append(Pair(i, j, both, only, other, neither, mcnemar(only, other), 1.0, discordant))
     adjusted = holm([p.p_value for p in pairs])
     return [replace(p, adjusted=a) for p, a in zip(pairs, adjusted, strict=True)]
 
 
 def _results(run: RunResults) -> dict[tuple[int, str, str], bool]:
-    """Success by trial number, object and the object's files."""
+    """Return success by trial number, object and the object's files."""
     files = {name: str(sorted((found or {}).items())) for name, found in run.info.objects.items()}
     return {(r.trial, r.object, files.get(r.object, "[]")): r.success for r in run.records}

@@ -5,7 +5,7 @@ Verdicts, and what they mean:
 - ``no regression``: a drop of the margin or more is excluded at level α (non-inferiority, by the
   lower limit of Tango's score interval for paired rates);
 - ``regression``: that is not so, and a drop is proven at level α (McNemar's exact test, one-sided);
-- ``inconclusive``: neither; so many trials can neither prove a drop nor exclude one;
+- ``inconclusive``: neither; the trials are too few to prove a drop or to exclude one;
 - ``identical`` and ``different``: with ``exact``, where every record must be the same.
 """
 
@@ -37,7 +37,7 @@ PLACES = ("in the baseline", "in the new run")
 
 
 class Verdict(StrEnum):
-    """What a comparison says."""
+    """Result of a comparison."""
 
     NO_REGRESSION = "no regression"
     REGRESSION = "regression"
@@ -66,17 +66,14 @@ class Checked:
     """A comparison.
 
     Attributes:
-        verdict: see the module.
-        new, baseline: folders.
-        pairs: counts.
-        successes: of the baseline and the new run.
-        margin, alpha: as asked.
-        interval: Tango's, of the difference new − old, with confidence 1 − 2 α.
-        p_worse: McNemar's exact one-sided p-value of a drop.
-        p_two_sided: McNemar's exact two-sided p-value.
+        new, baseline: folders of the runs.
+        pairs: trials lost, gained, and in all.
+        successes, faults: successes and harness faults, each in the baseline and in the new run.
+        margin, alpha: drop that would matter, and level of the tests.
+        interval: Tango's interval of the difference new − old, with confidence 1 − 2 α.
+        p_worse, p_two_sided: McNemar's exact one-sided p-value of a drop, and two-sided p-value.
         p_margin: p-value of a drop of the margin or more; at most α excludes it.
-        faults: harness faults in the baseline and the new run.
-        changed: trials that were lost or gained; with ``exact``, whose records differ.
+        changed: trials that were lost or gained; with ``exact``, those whose records differ.
         power: chance to prove a drop as large as the margin, with as many trials won as here.
         visible: drop that is proven in 80 of 100 cases; None where none is.
         visible_unrelated: the same, had the two runs nothing to do with each other.
@@ -105,11 +102,11 @@ class Checked:
 
     @property
     def failed(self) -> bool:
-        """A regression, or records that are not the same."""
+        """Whether this is a regression, or records are not the same."""
         return self.verdict in (Verdict.REGRESSION, Verdict.DIFFERENT)
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data."""
+        """Return plain data."""
         return asdict(self) | {
             "new": str(self.new),
             "baseline": str(self.baseline),
@@ -124,7 +121,7 @@ def check(
     """Compare two runs of the same trials.
 
     Args:
-        new, baseline: folders.
+        new, baseline: folders of the runs.
         margin: drop of the rate that would matter, in (0, 1).
         alpha: level of both tests, in (0, 0.5).
         exact: demand identical records.
@@ -186,11 +183,7 @@ def check(
 
 
 def _check_same_trials(baseline: RunResults, new: RunResults) -> None:
-    """Check that two runs are whole and of the same trials.
-
-    Raises:
-        NotComparableError: unless they are.
-    """
+    """Raise NotComparableError unless two runs are whole and of the same trials."""
     other = f"{new.folder} and {baseline.folder} are not of the same trials"
     if found := baseline.info.comparable().differences(new.info.comparable(), Group.TRIALS, places=PLACES):
         raise NotComparableError(

@@ -14,7 +14,7 @@ SHOWN = 12
 
 
 def meaning(checked: Checked) -> str:
-    """What the verdict says, in a sentence."""
+    """Say in a sentence what the verdict means."""
     margin, low = checked.margin, checked.interval[0]
     if checked.verdict is Verdict.NO_REGRESSION:
         return f"A drop of {margin:.1%} or more is excluded (p = {checked.p_margin:.2g} ≤ {checked.alpha:g})."
@@ -35,7 +35,7 @@ def meaning(checked: Checked) -> str:
 
 
 def rows(checked: Checked) -> list[tuple[str, str]]:
-    """The figures: what, and how much."""
+    """Return the figures: what, and how much."""
     n, (low, high) = checked.pairs.trials, checked.interval
     before, after = checked.successes
     return [
@@ -58,7 +58,7 @@ def rows(checked: Checked) -> list[tuple[str, str]]:
 
 
 def power(checked: Checked) -> str:
-    """What drop so many trials can see."""
+    """Say what drop these trials can show."""
     if checked.visible is None:
         seen = "no drop is proven in 80 of 100 cases with so few trials"
     else:
@@ -69,7 +69,7 @@ def power(checked: Checked) -> str:
 
 
 def as_text(checked: Checked) -> str:
-    """For the terminal."""
+    """Return text for the terminal."""
     lines = [f"{checked.verdict.upper()}: {meaning(checked)}", ""]
     lines += [f"  {name:<18} {value}" for name, value in rows(checked)]
     if checked.changed:
@@ -85,7 +85,7 @@ def as_text(checked: Checked) -> str:
 
 
 def as_markdown(checked: Checked) -> str:
-    """For a pull request's summary page."""
+    """Return Markdown for a pull request's summary page."""
     mark = {True: "❌", False: "⚠️" if checked.verdict is Verdict.INCONCLUSIVE else "✅"}[checked.failed]
     title, more = f"{mark} grasp-bench: {checked.verdict}", len(checked.changed) - SHOWN
     tables = [TextTable(title, ("", ""), rows(checked), lead=meaning(checked), level=3)]
@@ -104,7 +104,7 @@ def as_markdown(checked: Checked) -> str:
 
 
 def as_junit(checked: Checked) -> bytes:
-    """JUnit XML: one suite with the verdict, and a skipped test where it is inconclusive."""
+    """Return JUnit XML: one suite with the verdict, and a skipped test where it is inconclusive."""
     suite = Xml.Element(
         "testsuite",
         name="grasp-bench check",
@@ -136,5 +136,5 @@ def as_junit(checked: Checked) -> bytes:
 
 
 def _xml(text: str) -> str:
-    """Text without the characters that XML cannot hold."""
+    """Return text without the characters that XML cannot hold."""
     return re.sub(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "�", text)

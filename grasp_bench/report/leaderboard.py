@@ -1,4 +1,4 @@
-"""Rows of the leaderboard: runs of the reference scenario that hold together, checked one by one.
+"""Rows of the leaderboard: runs of the reference scenario that are consistent, checked one by one.
 
 A checked folder proves that its files agree with each other and with the shipped benchmark, not
 that they were measured; ``grasp-bench doctor`` reruns trials of it to see that.
@@ -13,6 +13,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from grasp_bench.errors import ResultsError, ScenarioError
+from grasp_bench.objects.catalog import Catalog
 from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.report.tables import Markdown, TextTable, escaped, markdown, rate_cells
 from grasp_bench.runs.folder import TRIALS
@@ -33,8 +34,7 @@ class About(BaseModel):
     """Who made the predictor and what it was trained on: ``about.yaml`` beside the run.
 
     Attributes:
-        name: as it appears in the table.
-        authors: of the predictor.
+        name, authors: as they appear in the table.
         trained_on: data sets, and how much of them; ``nothing`` for a method that learns nothing.
         link: paper, code or model card.
     """
@@ -56,7 +56,7 @@ class Check:
 
     @property
     def passed(self) -> bool:
-        """There is no fault."""
+        """Whether there is no fault."""
         return not self.fault
 
 
@@ -66,9 +66,9 @@ class Row:
 
     Attributes:
         about: name, authors, training.
-        control: it is one of the benchmark's own bounds.
+        control: whether it is one of the benchmark's own bounds.
         lifted: successes among its trials.
-        faults: trials that ended unstable, in a timeout or an error; failures, too.
+        faults: number of trials that ended unstable, in a timeout or an error; failures, too.
     """
 
     about: About
@@ -78,7 +78,7 @@ class Row:
 
 
 def read_about(folder: Path, run: RunInfo) -> About:
-    """What ``about.yaml`` says, or for a shipped predictor what is known of it.
+    """Read ``about.yaml``; of a shipped predictor without one, return what is known of it.
 
     Raises:
         ResultsError: when it is missing for any other predictor, or not as it must be.
@@ -100,7 +100,7 @@ def read_about(folder: Path, run: RunInfo) -> About:
 
 
 def check(folder: Path) -> list[Check]:
-    """All conditions of a row, in the order of docs/leaderboard.md.
+    """Check all conditions of a row, in the order of docs/leaderboard.md.
 
     Raises:
         ResultsError: when the folder holds no run, or one that cannot be read.
@@ -118,11 +118,7 @@ def check(folder: Path) -> list[Check]:
 
 
 def load_row(folder: Path) -> Row:
-    """The row of a run.
-
-    Raises:
-        ResultsError: naming the first condition that it does not meet.
-    """
+    """Return the row of a run; ResultsError names the first condition that it does not meet."""
     for condition in check(folder):
         if not condition.passed:
             raise ResultsError(f"{folder} cannot be a row: {condition.fault}.")
@@ -130,15 +126,6 @@ def load_row(folder: Path) -> Row:
     shipped = SHIPPED.get(run.predictor)
     control = shipped is not None and shipped.kind == "control"
     return Row(read_about(folder, run.info), control, run.lifted, run.faults)
-
-
-def table(rows: list[Row]) -> TextTable:
-    """Contestants by rate, then the controls.
-
-    Rows whose intervals overlap are not ordered by it: the order is that of the counts.
-    """
-    ordered = sorted(rows, key=lambda r: (r.control, -r.lifted.rate, r.about.name))
-    return TextTable("", HEAD, list(map(_cells, ordered)), numbers=(2, 3, 4, 5))
 
 
 def _cells(row: Row) -> list[str]:
@@ -151,8 +138,12 @@ def _cells(row: Row) -> list[str]:
 
 
 def as_markdown(rows: list[Row]) -> str:
-    """The leaderboard as a Markdown table."""
-    return markdown([table(rows)]).rstrip()
+    """Return the leaderboard as a Markdown table: contestants by rate, then the controls.
+
+    The order of rows whose intervals overlap means nothing: it is that of the counts.
+    """
+    ordered = sorted(rows, key=lambda r: (r.control, -r.lifted.rate, r.about.name))
+    return markdown([TextTable("", HEAD, list(map(_cells, ordered)), numbers=(2, 3, 4, 5))]).rstrip()
 
 
 def _about_fault(folder: Path, run: RunInfo) -> str:
@@ -180,8 +171,6 @@ def _setting_fault(run: RunInfo) -> str:
 
 
 def _objects_fault(run: RunInfo) -> str:
-    from grasp_bench.objects.catalog import Catalog
-
     shipped = {name: entry["files"] for name, entry in Catalog().entries.items()}
     given = run.objects
     missing = [n for n in shipped if n not in given]

@@ -1,7 +1,7 @@
 """Tables 1 to 4 of the HTC-Grasp paper as printed (Electronics 12(6), 2023, 1505).
 
-No counts or test images are printed in Tables 1 to 3, so that no intervals can be given for their rows. What
-stands for a row here says so in its registration, by the table's number and the row's ``method``.
+No counts or test images are printed in Tables 1 to 3, so that no intervals can be given for their rows. A
+network that stands for a row names it in its registration, by the table's number and the row's ``method``.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ class PaperRow:
     Attributes:
         authors, method, input: as printed.
         image_wise, object_wise: accuracy [%]; None where not printed.
-        milliseconds: for one image, each on its authors' hardware.
+        milliseconds: time for one image, each on its authors' hardware.
     """
 
     authors: str
@@ -38,7 +38,7 @@ TABLE_1 = (
     PaperRow("Wang", "TF-Grasp", "RGB-D", 97.99, 96.7, 41.6),
     PaperRow("HTC-Grasp authors", "HTC-Grasp", "RGB-D", 98.3, 96.9, 5.4),
 )
-"""Cornell."""
+"""Accuracy on Cornell."""
 
 TABLE_2 = (
     PaperRow("Morrison", "GG-CNN2", "D", 84),
@@ -46,7 +46,7 @@ TABLE_2 = (
     PaperRow("Wang", "TF-Grasp", "RGB-D", 94.6),
     PaperRow("HTC-Grasp authors", "HTC-Grasp", "RGB-D", 95.8),
 )
-"""Jacquard; which split is not printed, 90 % of the images were trained on."""
+"""Accuracy on Jacquard; the split is not printed, 90 % of the images were trained on."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class AblationRow:
 
     @property
     def method(self) -> str:
-        """What has a check mark: external attention, channel attention."""
+        """The switches with a check mark: external attention, channel attention."""
         return " + ".join(["EA"] * self.external_attention + ["CA"] * self.channel_attention)
 
 

@@ -1,4 +1,4 @@
-"""A run that can be told of: its results, and the reports made of them."""
+"""A run: its results, and the reports made of them."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ import os
 from pathlib import Path
 from typing import Any
 
+from grasp_bench.report.summary import Summary
+from grasp_bench.report.table4 import Report
+from grasp_bench.report.tables import markdown
 from grasp_bench.runs.results import Comparison, RunResults
 
 
@@ -14,7 +17,7 @@ class Run(RunResults):
     """A run, finished or interrupted: its trials, rate and reports; see :class:`RunResults` for the results.
 
     Args:
-        folder: with ``run.json`` and ``trials.jsonl``.
+        folder: folder with ``run.json`` and ``trials.jsonl``.
 
     Raises:
         ResultsError: for a folder that holds no run, or a damaged one.
@@ -23,24 +26,19 @@ class Run(RunResults):
     @property
     def figures(self) -> dict[str, Any]:
         """All that a report says of this run, as plain data."""
-        from grasp_bench.report.summary import Summary
-
         return Summary.of(self).to_json()
 
     def report(self) -> str:
-        """Markdown: Table 4 of the paper with this run beside it, and how its trials ended."""
-        from grasp_bench.report.table4 import Report
-        from grasp_bench.report.tables import markdown
-
+        """Return Markdown: Table 4 of the paper with this run beside it, and how its trials ended."""
         return markdown(Report.of([self]).tables())
 
     def write_report(
         self, out: str | os.PathLike[str] | None = None, objects: str | os.PathLike[str] | None = None
     ) -> Path:
-        """One HTML file with figures and all trials, that opens in any browser without a network.
+        """Write one HTML file with figures and all trials, that opens in any browser without a network.
 
         Args:
-            out: the file; ``report.html`` in the run's folder by default.
+            out: file to write; ``report.html`` in the run's folder by default.
             objects: folder of the objects, if they are not the shipped ones.
 
         Returns:
@@ -53,7 +51,7 @@ class Run(RunResults):
         return target
 
     def compare(self, other: RunResults) -> Comparison:
-        """This run against ``other``, trial by trial; see :class:`Comparison`."""
+        """Compare this run with ``other``, trial by trial; see :class:`Comparison`."""
         return Comparison.of(self, other)
 
     def __repr__(self) -> str:
@@ -66,7 +64,7 @@ class Run(RunResults):
         )
 
     def _repr_html_(self) -> str:
-        """What a notebook shows."""
+        """Return what a notebook shows."""
         head = f"<b>{html.escape(self.predictor)}</b> on {html.escape(self.info.scenario_name)}"
         if not len(self):
             return f"<p>{head}: no trial yet</p>"

@@ -1,4 +1,4 @@
-"""What a report says of one run."""
+"""The figures of one run in a report."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class Summary:
     """Figures of a run.
 
     Attributes:
-        run: what it is called: its path below a folder of runs.
-        info: its settings.
+        run: name of the run: its path below a folder of runs.
+        info: settings of the run.
         lifted: successes among its trials.
-        outcomes: how many trials ended in which way, most frequent first.
+        outcomes: number of trials by outcome, most frequent first.
         by_category, by_object: rates by name, sorted.
         timings: mean seconds of a trial by phase.
         clutter: figures of its episodes, if it cleared tables.
@@ -40,7 +40,7 @@ class Summary:
 
     @classmethod
     def of(cls, results: RunResults, root: Path | None = None) -> Summary:
-        """Figures of a run, named by its path below ``root``.
+        """Return figures of a run, named by its path below ``root``.
 
         Raises:
             ResultsError: when it holds no trial yet.
@@ -62,11 +62,11 @@ class Summary:
 
     @property
     def missing(self) -> int:
-        """Trials that were planned and are not done yet."""
+        """Number of trials that were planned and are not done yet."""
         return self.info.trials - self.lifted.trials
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data."""
+        """Return plain data."""
         return {
             "clutter": None if self.clutter is None else self.clutter.to_json(),
             "run": self.run,
@@ -85,12 +85,12 @@ class Summary:
 
 
 def _by(records: Sequence[TrialRecord], name: Callable[[TrialRecord], str]) -> dict[str, Rate]:
-    """The rate of each group, sorted by name."""
+    """Return the rate of each group, sorted by name."""
     return dict(sorted(tally((name(r), r.success) for r in records).items()))
 
 
 def tally(pairs: Iterable[tuple[str, bool]]) -> dict[str, Rate]:
-    """Rate by label of (label, success) pairs."""
+    """Return the rate by label of (label, success) pairs."""
     counts: dict[str, list[int]] = {}
     for label, success in pairs:
         count = counts.setdefault(label, [0, 0])
@@ -100,6 +100,6 @@ def tally(pairs: Iterable[tuple[str, bool]]) -> dict[str, Rate]:
 
 
 def worst_objects(by_object: Mapping[str, Rate], count: int = 10) -> list[tuple[str, Rate]]:
-    """Objects that failed most, those first that did so at every chance and had most of them."""
+    """Return the objects that failed most, first those that failed every time and were tried most."""
     failed = [(name, rate) for name, rate in by_object.items() if rate.successes < rate.trials]
     return sorted(failed, key=lambda o: (o[1].rate, -o[1].trials, o[0]))[:count]

@@ -31,7 +31,7 @@ class Row:
     Attributes:
         authors, system: who tried what.
         lifted: successes among trials.
-        printed_rate: what the paper prints [%]; None for a run of ours.
+        printed_rate: rate printed in the paper [%]; None for a run of ours.
         run: name of the run; None for a row of the paper.
     """
 
@@ -47,7 +47,7 @@ class Row:
         return "paper" if self.run is None else "simulation"
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data."""
+        """Return plain data."""
         return {
             "authors": self.authors,
             "system": self.system,
@@ -65,17 +65,13 @@ PAPER = tuple(
 
 @dataclass(frozen=True)
 class Report:
-    """What is told of several runs.
-
-    Attributes:
-        runs: figures of each.
-    """
+    """Figures of several runs."""
 
     runs: tuple[Summary, ...]
 
     @classmethod
     def of(cls, runs: Iterable[RunResults], root: Path | None = None) -> Report:
-        """The report of all runs that hold a trial, named by their paths below ``root``."""
+        """Return the report of all runs that hold a trial, named by their paths below ``root``."""
         return cls(tuple(Summary.of(run, root) for run in runs if len(run)))
 
     @property
@@ -87,7 +83,7 @@ class Report:
         return [*PAPER, *own]
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data."""
+        """Return plain data."""
         return {
             "note": NOTE,
             "runs": [run.to_json() for run in self.runs],
@@ -95,14 +91,14 @@ class Report:
         }
 
     def tables(self) -> list[TextTable]:
-        """Table 4, and how the trials of each run ended."""
+        """Return Table 4, and how the trials of each run ended."""
         rows = self.rows
         sources = ["paper, real robot" if row.run is None else row.run for row in rows]
         return [table_4(rows, {"Source": sources}), *map(_endings, self.runs)]
 
 
 def build_report(folders: Iterable[Path], root: Path | None = None) -> Report:
-    """The report of the runs in ``folders``, named by their paths below ``root``."""
+    """Return the report of the runs in ``folders``, named by their paths below ``root``."""
     return Report.of(map(RunResults, folders), root)
 
 
@@ -113,13 +109,12 @@ def table_4(
     note: str = NOTE,
     numbers: Sequence[int] = (),
 ) -> TextTable:
-    """Table 4.
+    """Return Table 4.
 
     Args:
-        rows: of the paper, and below them ours.
+        rows: the paper's rows, and ours below them.
         more: further columns by their heads, a cell for each row.
-        title: of the table.
-        note: on the rows.
+        title, note: text above and below the table.
         numbers: which of the further columns hold numbers.
     """
     head = ("Authors", "System", *RATE_HEAD, "Printed")
@@ -144,7 +139,7 @@ def table_4(
 
 
 def _endings(run: Summary) -> TextTable:
-    """How the trials of a run ended."""
+    """Return how the trials of a run ended."""
     partial = f", {run.missing} to go" if run.missing else ""
     info, trials = run.info, run.lifted.trials
     lead = ""

@@ -1,16 +1,21 @@
-"""Tables in words: the one way in which they become Markdown or text on a terminal."""
+"""Tables of text, as Markdown or on a terminal."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from io import StringIO
+from textwrap import fill
+from typing import TYPE_CHECKING
 
 from grasp_bench.runs.statistics import Rate
 
+if TYPE_CHECKING:
+    from rich.console import Console
+
 RATE_HEAD = ("Grasped", "Rate", "95 % interval")
-"""Heads of :func:`rate_cells`."""
+"""Heads of the columns of :func:`rate_cells`."""
 _SUPERSCRIPT = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -19,12 +24,12 @@ class TextTable:
     """A table to print.
 
     Attributes:
-        title, head, rows: its parts; all cells are text, or :class:`Markdown`.
+        title, head, rows: parts of the table; all cells are text, or :class:`Markdown`.
         lead, note: paragraphs before and after it.
         footnotes: what the marks ¹, ², … in it stand for.
         numbers: columns set flush right.
         paper: rows that are quoted and not measured.
-        level: of the title among a page's headings.
+        level: level of the title among a page's headings.
     """
 
     title: str
@@ -46,7 +51,7 @@ class Footnotes(list[str]):
     """Footnotes of a table, in the order in which its rows first ask for their marks."""
 
     def mark(self, text: str) -> str:
-        """The mark of a footnote; equal ones share theirs."""
+        """Return the mark of a footnote; equal ones share theirs."""
         if text not in self:
             self.append(text)
         return _mark(self.index(text) + 1)
@@ -57,13 +62,13 @@ def _mark(number: int) -> str:
 
 
 def rate_cells(rate: Rate) -> list[str]:
-    """k/n, rate and Wilson interval."""
+    """Return k/n, rate and Wilson interval."""
     low, high = rate.interval
     return [f"{rate.successes}/{rate.trials}", f"{rate.rate:.1%}", f"{low:.1%} – {high:.1%}"]
 
 
 def escaped(text: str) -> str:
-    """Text that Markdown shows as it is: results files may hold anything.
+    """Return text that Markdown shows as it is: results files may hold anything.
 
     It cannot break out of its cell, nor bring markup or HTML of its own.
     """
@@ -74,7 +79,7 @@ def escaped(text: str) -> str:
 
 
 def markdown(tables: Iterable[TextTable]) -> str:
-    """GitHub-flavoured Markdown of tables."""
+    """Return GitHub-flavoured Markdown of tables."""
     return "\n\n".join("\n\n".join(_blocks(t)) for t in tables) + "\n"
 
 
@@ -94,10 +99,8 @@ def _blocks(table: TextTable) -> Iterable[str]:
         yield "\n".join(f"{i}. {escaped(note)}" for i, note in enumerate(table.footnotes, 1))
 
 
-def show(tables: Iterable[TextTable], console: Any) -> None:
+def show(tables: Iterable[TextTable], console: Console) -> None:
     """Print tables to a rich console."""
-    from textwrap import fill
-
     from rich import box
     from rich.padding import Padding
     from rich.table import Table
@@ -128,9 +131,7 @@ def show(tables: Iterable[TextTable], console: Any) -> None:
 
 
 def as_text(tables: Iterable[TextTable], width: int = 120) -> str:
-    """Tables as a terminal of ``width`` columns would show them, without colour."""
-    from io import StringIO
-
+    """Return tables as a terminal of ``width`` columns would show them, without colour."""
     from rich.console import Console
 
     buffer = StringIO()

@@ -1,1 +1,1 @@
-"""What a run is, without a simulator: records, folders, differences, statistics."""
+"""Runs without a simulator: records, folders, differences, statistics."""

@@ -1,4 +1,4 @@
-"""How to say what differs between two runs."""
+"""Differences between two runs, in words."""
 
 from __future__ import annotations
 
@@ -22,24 +22,15 @@ def differences(
     keys: Iterable[str],
     places: tuple[str, str] = ("there", "here"),
 ) -> dict[str, str]:
-    """What differs between two ``run.json``, in words, by key.
+    """Return what differs between two ``run.json``, in words, by key.
 
-    Args:
-        first, second: contents of ``run.json``.
-        keys: to compare; one that is missing counts as null.
-        places: how to call where the two were found.
+    A key that is missing counts as null; ``places`` says where the two were found.
     """
     found = {}
     for key in keys:
         a, b = _plain(first.get(key)), _plain(second.get(key))
         details = list(_details(a, b, places))
-        if (
-            not details
-            and isinstance(a, dict)
-            and isinstance(b, dict)
-            and list(a) != list(b)
-            and key == "objects"
-        ):
+        if key == "objects" and not details and list(a or ()) != list(b or ()):
             details = ["in another order, so that their trials have other numbers"]
         if details:
             more = f"; and {len(details) - _SHOWN} more" if len(details) > _SHOWN else ""
@@ -48,7 +39,7 @@ def differences(
 
 
 def listed(found: dict[str, str]) -> str:
-    """``the seed (…), the weights (…) differ``."""
+    """Return ``the seed (…), the weights (…) differ``."""
     return f"{', '.join(found.values())} differ{'s' if len(found) == 1 else ''}"
 
 

@@ -41,9 +41,9 @@ class WeightsData(_Said):
     """Data that weights were trained on.
 
     Attributes:
-        fingerprint: of the scenes.
+        fingerprint: digest of the scenes.
         folders, real: names of all folders, and of those with real images.
-        train, val: counts of scenes.
+        train, val: number of scenes to train and to validate on.
     """
 
     fingerprint: str | None = None
@@ -57,11 +57,10 @@ class Weights(_Said):
     """What a network's weights say of their training.
 
     Attributes:
-        network: its name.
-        parameters: how many it has.
+        network, parameters: name of the network, and the number of its parameters.
         input: kind and side [px], such as ``rgbd 224``.
-        steps, seed, begun_with, data, seconds: of a training by ``grasp-bench train``.
-        trained: of a training for one fold, as :class:`FoldTraining`.
+        steps, seed, begun_with, data, seconds: what a training by ``grasp-bench train`` notes.
+        trained: what a training for one fold notes, as :class:`FoldTraining`.
     """
 
     network: str | None = None
@@ -84,10 +83,8 @@ class FoldTraining(_Part):
     """A training for one fold, on the images of the others.
 
     Attributes:
-        steps, batch, lr, seed: settings.
         begun_with: name and SHA-256 of the first weights; None for random ones.
-        real_images: images of the other folds.
-        real_share: their share of what was seen.
+        real_images, real_share: number of images of the other folds, and their share of what was seen.
         synthetic: names of the folders of generated scenes mixed in.
         scenes: images and generated scenes in all.
     """
@@ -121,7 +118,7 @@ class Latency(_Part):
 
 
 class Machine(_Part):
-    """What was computed on: processor, threads, precision, load when it ended, and versions."""
+    """The machine computed on: processor, threads, precision, load when it ended, and versions."""
 
     processor: str
     threads: int
@@ -135,10 +132,10 @@ class Record(_Part):
     """One image.
 
     Attributes:
-        fold: test set that it is in, from 1.
-        image, object: names; None for an object that is not known.
+        fold: number of its test set, from 1.
+        image, object: names; None for an unknown object.
         verdict: see :class:`grasp_bench.learning.evaluation.metric.Judged`.
-        iou: largest overlap with a label of like angle.
+        iou: largest overlap with a label of similar angle.
         milliseconds, cpu_milliseconds: from image to grasps, on the clock and on the processor.
         labels, dropped: rectangles that count, and those left out for NaN or no area.
     """
@@ -162,19 +159,18 @@ class Evaluation(_Part):
         weights: what a network's weights say; None for anything else.
         dataset, split, protocol, seed: what was asked, see
             :class:`grasp_bench.learning.evaluation.evaluate.Question`.
-        conventions: of the protocol, by name.
+        conventions: what the protocol means, by name.
         found: a sentence on the copy of the data set.
-        images_in_full: images of the whole data set.
+        images_in_full: number of images of the whole data set.
         object_ids: whether the copy says what each image shows.
         missing: files without which images were left out.
-        folds: test sets, in order.
-        how: how they were made.
-        depth: which depth images; None where there is one kind.
+        folds, how: the test sets in order, and how they were made.
+        depth: kind of depth images; None where there is only one.
         correct, images, rate, wilson95: best grasps that are right, of how many, with 95 % interval.
-        verdicts: how many images of each.
+        verdicts: number of images by verdict.
         dropped_rectangles: labels left out for NaN or no area.
-        latency_ms, machine: times, and on what.
-        records: one an image.
+        latency_ms, machine: times, and the machine they were measured on.
+        records: one for each image.
     """
 
     format: Literal[1] = 1
@@ -210,7 +206,7 @@ class Evaluation(_Part):
 
     @classmethod
     def read(cls, path: Path) -> Self:
-        """Read a file; ResultsError names one that is no such result."""
+        """Read a file; raise ResultsError naming one that is no such result."""
         try:
             found = json.loads(path.read_text(encoding="utf-8"))
             if found["kind"] != "evaluation" or found["format"] != 1:

@@ -13,8 +13,8 @@ from array import array
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO
 
+import numpy as np
 from filelock import FileLock, Timeout
 
 from grasp_bench.errors import ResultsError
@@ -22,12 +22,13 @@ from grasp_bench.runs.differences import listed
 from grasp_bench.runs.info import RESUMABLE, RUN, RunInfo
 from grasp_bench.runs.lines import read_lines, scan
 from grasp_bench.runs.record import Timings, TrialRecord
+from grasp_bench.system.integrity import replacing, sync_folder, write_whole
 
 TRIALS, TIMINGS = "trials.jsonl", "timings.jsonl"
 
 
 class RunFolder:
-    """The folder a run writes to, locked while it is open.
+    """Folder that a run writes to, locked while it is open.
 
     Args:
         path: created when missing.
@@ -67,7 +68,7 @@ class RunFolder:
         self._files.clear()
 
     def start(self, run: RunInfo, found: Callable[[TrialRecord], None] = lambda record: None) -> set[int]:
-        """Begin or resume ``run``; the numbers of trials already done.
+        """Begin or resume ``run``, and return the numbers of trials already done.
 
         Args:
             run: content of ``run.json``.
@@ -106,17 +107,15 @@ class RunFolder:
     def _cut(self, name: str, sound: int) -> None:
         """Cut off what a kill left behind the last sound line."""
         target = self.path / name
-        try:
+        with _telling(target):
             if target.is_file() and target.stat().st_size > sound:
                 self.repaired = True
                 with target.open("r+b") as file:
                     file.truncate(sound)
                     os.fsync(file.fileno())
-        except OSError as error:
-            raise ResultsError(f"{target} cannot be written ({error.strerror}).") from error
 
     def append(self, record: TrialRecord, timings: Timings) -> None:
-        """Write one trial, so that it survives a kill.
+        """Append one trial, so that it survives a kill.
 
         Raises:
             ResultsError: when the disk is full or the folder has become read-only; what was
@@ -130,7 +129,7 @@ class RunFolder:
                     self._files[name] = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
                     if is_new:
                         sync_folder(self.path)
-                _write_whole(self._files[name], (line.line() + "\n").encode())
+                _append_whole(self._files[name], (line.line() + "\n").encode())
             except OSError as error:
                 raise ResultsError(
                     f"{path} cannot be written ({error.strerror}). What was "
@@ -139,7 +138,7 @@ class RunFolder:
                 ) from error
 
     def finish(self) -> None:
-        """Put trials and timings in trial order; files that are so already are left alone.
+        """Put trials and timings in trial order; files in order are left alone.
 
         Raises:
             ResultsError: when they cannot be written; the unordered ones are kept.
@@ -149,7 +148,7 @@ class RunFolder:
         join([self.path / TIMINGS], self.path / TIMINGS)
 
 
-def _write_whole(file: int, line: bytes) -> None:
+def _append_whole(file: int, line: bytes) -> None:
     """Append and sync a line, or leave the file as it was."""
     before = os.fstat(file).st_size
     try:
@@ -167,13 +166,11 @@ def join(sources: Sequence[Path], target: Path) -> None:
     """Write the lines of ``sources`` to ``target`` in trial order, byte for byte.
 
     Where a trial occurs more than once the last line of the last source is taken. A target
-    that is so already is left alone. Takes 32 bytes of memory a line.
+    in order is left alone. Takes 32 bytes of memory a line.
 
     Raises:
         ResultsError: for a damaged source, or a target that cannot be written.
     """
-    import numpy as np
-
     kind = Timings if target.name == TIMINGS else TrialRecord
     numbers = array("q")  # trial, source, start, length of each line
     for number, path in enumerate(sources):
@@ -186,7 +183,7 @@ def join(sources: Sequence[Path], target: Path) -> None:
     is_last = np.ones(len(lines), dtype=bool)
     is_last[:-1] = lines[1:, 0] != lines[:-1, 0]
     lines = lines[is_last]
-    with ExitStack() as stack:
+    with _telling(target), ExitStack() as stack:
         new = stack.enter_context(replacing(target))
         files = [stack.enter_context(p.open("rb")) if p.is_file() else None for p in sources]
         for _, number, start, length in lines.tolist():
@@ -197,40 +194,12 @@ def join(sources: Sequence[Path], target: Path) -> None:
 
 
 @contextmanager
-def replacing(path: Path) -> Iterator[BinaryIO]:
-    """A file that takes the place of ``path`` at once when all is written, or not at all.
-
-    Raises:
-        ResultsError: when it cannot be written.
-    """
-    temporary = path.with_name(path.name + ".tmp")
+def _telling(path: Path) -> Iterator[None]:
+    """Turn what keeps ``path`` from being written into a ResultsError."""
     try:
-        with temporary.open("wb") as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-        sync_folder(path.parent)
+        yield
     except OSError as error:
-        with suppress(OSError):
-            temporary.unlink(missing_ok=True)
         raise ResultsError(f"{path} cannot be written ({error.strerror}).") from error
-
-
-def write_synced(path: Path, text: str) -> None:
-    """Write a small file at once or not at all, safe from a power cut afterwards."""
-    with replacing(path) as file:
-        file.write(text.encode())
-
-
-def sync_folder(folder: Path) -> None:
-    """Make a new or renamed file's name survive a power cut, where the file system can."""
-    with suppress(OSError):
-        handle = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
 
 
 def write_run(path: Path, run: RunInfo) -> None:
@@ -239,11 +208,12 @@ def write_run(path: Path, run: RunInfo) -> None:
     Raises:
         ResultsError: when it cannot be written.
     """
-    write_synced(path, json.dumps(run.to_json(), indent=1, ensure_ascii=False) + "\n")
+    with _telling(path):
+        write_whole(path, (json.dumps(run.to_json(), indent=1, ensure_ascii=False) + "\n").encode())
 
 
 def load_run(folder: Path) -> RunInfo:
-    """The content of ``run.json``.
+    """Read ``run.json``.
 
     Raises:
         ResultsError: when it is missing or damaged.
@@ -276,7 +246,7 @@ def find_runs(root: Path) -> list[Path]:
 
 
 def load_records(folder: Path) -> list[TrialRecord]:
-    """The trials' records of a run, in trial order.
+    """Read the trials' records of a run, in trial order.
 
     Raises:
         ResultsError: when the file is damaged.
@@ -285,7 +255,7 @@ def load_records(folder: Path) -> list[TrialRecord]:
 
 
 def load_timings(folder: Path) -> list[Timings]:
-    """The timings of a run, one for each trial, in trial order.
+    """Read the timings of a run, one for each trial, in trial order.
 
     A trial that a kill cut off between its two files has timings of a try that was repeated:
     the last are taken.

@@ -1,4 +1,4 @@
-"""What ``run.json`` says of a run, written and read by the same class."""
+"""The content of ``run.json``, written and read by the same class."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ RUN = "run.json"
 
 
 class Group(Enum):
-    """What a key of ``run.json`` decides; every key names its groups where it is declared."""
+    """Meaning of a key of ``run.json``; every key names its groups where it is declared."""
 
     TRIALS = auto()
-    """Which trials a run is of."""
+    """The trials of a run."""
     MAKING = auto()
-    """Who proposed grasps, and by what means trials were carried out."""
+    """The predictor, and the means by which trials were carried out."""
     INSTALLED = auto()
-    """What a repetition cannot take from the record, but only from an installation."""
+    """Facts that a repetition takes from its installation, not from the record."""
     SHARE = auto()
-    """Which part of the trials a folder is to hold."""
+    """The part of the trials that a folder is to hold."""
     ORIGIN = auto()
-    """Where a run was made: it may differ, but explains why numbers do."""
+    """The place where a run was made: may differ, but explains why numbers do."""
 
 
 SAME_RUN = (Group.TRIALS, Group.MAKING)
@@ -70,19 +70,16 @@ class RunInfo(Stored):
 
     @classmethod
     def keys(cls, *groups: Group) -> list[str]:
-        """Names of all keys of some groups, in their order in the file."""
+        """Return the names of all keys of some groups, in their order in the file."""
         wanted = set(groups)
         return [name for name, field in cls.model_fields.items() if wanted & set(field.metadata)]
 
     def differences(
         self, other: RunInfo, *groups: Group, places: tuple[str, str] = ("there", "here")
     ) -> dict[str, str]:
-        """What differs between two runs in the keys of ``groups``, in words, by key.
+        """Return what differs between two runs in the keys of ``groups``, in words, by key.
 
-        Args:
-            other: the second run.
-            groups: which keys to compare.
-            places: how to call where the first and the second were found.
+        ``places`` says where the first and the second were found.
         """
         return differences(self.to_json(), other.to_json(), self.keys(*groups), places)
 
@@ -99,7 +96,7 @@ class RunInfo(Stored):
 
     @property
     def cluttered(self) -> bool:
-        """The trials are episodes of many objects."""
+        """Whether the trials are episodes of many objects."""
         return bool(self.scenario.get("clutter"))
 
     @property
@@ -114,15 +111,11 @@ class RunInfo(Stored):
         return list(names) if names and isinstance(names, dict) else list(self.objects)
 
     def parsed(self, origin: str = RUN) -> Scenario:
-        """The scenario.
-
-        Raises:
-            ScenarioError: naming ``origin``, where this version cannot read it.
-        """
+        """Return the scenario, or raise ScenarioError naming ``origin`` where this version cannot read it."""
         return parse_scenario(self.scenario, origin)
 
     def comparable(self) -> RunInfo:
-        """The same with every value of the scenario, also those newer than the run, but without its words."""
+        """Return the same with all values of the scenario, also those newer than the run, but no words."""
         try:
             scenario = self.parsed().model_dump(mode="json")
         except ScenarioError:  # of another version of grasp-bench

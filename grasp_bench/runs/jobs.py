@@ -26,10 +26,10 @@ class Job:
 
 @dataclass(frozen=True)
 class Settings:
-    """What a worker needs to know of the run.
+    """What a worker needs to know of a run.
 
-    What is kept of trials beside their records goes to ``folder``: ``media`` (one of
-    :data:`grasp_bench.media.modes.MODES`), and parts of a Rerun recording. No record depends on it.
+    Pictures of trials (``media``, one of :data:`grasp_bench.media.modes.MODES`) and parts of a Rerun
+    recording are stored in ``folder``. No record depends on them.
     """
 
     scenario: Scenario
@@ -43,7 +43,7 @@ class Settings:
 
     @property
     def keeps(self) -> bool:
-        """Something is kept of trials beside their records."""
+        """Whether something is kept of trials beside their records."""
         return self.media != "none" or self.rerun
 
     @property
@@ -66,11 +66,7 @@ class Shard:
 
     @classmethod
     def parse(cls, text: str) -> Shard:
-        """Shard from ``i/N``.
-
-        Raises:
-            GraspBenchError: unless 1 ≤ i ≤ N.
-        """
+        """Read a shard from ``i/N``; GraspBenchError unless 1 ≤ i ≤ N."""
         match = re.fullmatch(r"(\d{1,7})/(\d{1,7})", text.strip())
         if match is None or not 1 <= int(match[1]) <= int(match[2]):
             raise GraspBenchError(f"--shard must be i/N with i from 1 to N, e.g. 1/4, not {text!r}.")
@@ -85,9 +81,9 @@ class Jobs(Sequence[Job]):
     """The trials of one shard of a run.
 
     Attributes:
-        objects: of the whole run, in the order in which they are tried.
+        objects: names for the whole run, in the order in which they are tried.
         total: trials of the whole run.
-        shard: which of them are meant.
+        shard: the share of them that these are.
     """
 
     objects: tuple[str, ...]
@@ -114,11 +110,11 @@ class Jobs(Sequence[Job]):
         return map(self.job, self._trials)
 
     def job(self, trial: int) -> Job:
-        """The job of a trial, by its number in the whole run."""
+        """Return the job of a trial, by its number in the whole run."""
         return Job(trial, self.objects[trial % len(self.objects)], trial // len(self.objects))
 
     def holds(self, trial: int) -> bool:
-        """Whether a trial is one of these."""
+        """Return whether a trial is one of these."""
         return trial in self._trials
 
     @property
@@ -128,5 +124,5 @@ class Jobs(Sequence[Job]):
 
 
 def spread(objects: Sequence[str], trials: int, shard: Shard = WHOLE) -> Jobs:
-    """Trials spread evenly over objects: every object once, then every object again."""
+    """Spread trials evenly over objects: every object once, then every object again."""
     return Jobs(tuple(objects), trials, shard)

@@ -1,4 +1,4 @@
-"""How many harness faults a run may have."""
+"""The number of harness faults that a run may have."""
 
 from __future__ import annotations
 
@@ -18,11 +18,7 @@ class ErrorLimit:
 
     @classmethod
     def parse(cls, text: str) -> ErrorLimit:
-        """From ``3`` (trials) or ``2%`` (of the trials).
-
-        Raises:
-            GraspBenchError: for anything else.
-        """
+        """Read ``3`` (trials) or ``2%`` (of the trials); GraspBenchError for anything else."""
         match = re.fullmatch(r"\s*(\d{1,9}|\d{1,3}(?:\.\d+)?\s*(%))\s*", text)
         if match is None or (match[2] and float(match[1].rstrip("% ")) > 100):
             raise GraspBenchError(
@@ -31,7 +27,7 @@ class ErrorLimit:
         return cls(text.strip(), float(match[1].rstrip("% ")) / (100 if match[2] else 1), bool(match[2]))
 
     def exceeded(self, faults: int, trials: int) -> bool:
-        """Whether so many faults are too many."""
+        """Return whether so many ``faults`` among ``trials`` are too many."""
         return faults > (self.value * trials if self.is_share else self.value)
 
     def __str__(self) -> str:

@@ -1,4 +1,4 @@
-"""Lines of ``trials.jsonl`` and ``timings.jsonl``: written always alike, read one by one and checked.
+"""Lines of ``trials.jsonl`` and ``timings.jsonl``, read one by one and checked.
 
 Files may be larger than memory: nothing here holds more than a line, except the trials' numbers.
 """
@@ -21,7 +21,7 @@ Kind = TypeVar("Kind", bound=TrialRecord | Timings)
 
 
 class Line(NamedTuple, Generic[Kind]):
-    """A sound line of a results file: its content, and where it lies in the file [bytes]."""
+    """A sound line of a results file: its content, and its place and length in the file [bytes]."""
 
     record: Kind
     start: int
@@ -29,11 +29,7 @@ class Line(NamedTuple, Generic[Kind]):
 
 
 def parse(line: bytes, kind: type[Kind]) -> Kind:
-    """The record in a line.
-
-    Raises:
-        ValueError: for what is not one whole line with a sound record.
-    """
+    """Return the record in a line; ValueError for what is not one whole line with a sound record."""
     if not line.endswith(b"\n"):
         raise ValueError("no newline at its end" if len(line) <= LONGEST_LINE else "longer than 1 MiB")
     try:
@@ -47,14 +43,14 @@ def _no_constant(name: str) -> float:
 
 
 def scan(path: Path, kind: type[Kind] = TrialRecord, *, unique: bool = True) -> Iterator[Line[Kind]]:
-    """The lines of a file, in its order; none where there is no file.
+    """Yield the lines of a file, in its order; none where there is no file.
 
     A torn last line (without a newline, or not JSON), as a kill or a power cut leaves it, is
     left out: compare the last line's end with the file's size.
 
     Args:
-        path: of the file.
-        kind: of the records.
+        path: file to read.
+        kind: class of its records.
         unique: refuse a trial that occurs twice.
 
     Raises:
@@ -93,12 +89,12 @@ class _WrongPlaceError(ValueError):
 
 
 def _may_be_torn(raw: bytes, error: ValueError) -> bool:
-    """Whether a kill or power cut can leave such a last line: its end missing, or no JSON at all."""
+    """Return whether a kill or power cut can leave such a last line: its end missing, or no JSON at all."""
     return len(raw) <= LONGEST_LINE and (
         not raw.endswith(b"\n") or isinstance(error, (json.JSONDecodeError, UnicodeDecodeError))
     )
 
 
 def read_lines(path: Path, kind: type[Kind] = TrialRecord, *, unique: bool = True) -> list[Kind]:
-    """All records of a file; see :func:`scan`."""
+    """Return all records of a file; see :func:`scan`."""
     return [line.record for line in scan(path, kind, unique=unique)]

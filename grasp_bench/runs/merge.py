@@ -24,8 +24,8 @@ class Merged:
     """What :func:`merge` found.
 
     Attributes:
-        folder: of the whole run.
-        trials, planned: in it, and of the whole run.
+        folder: results of the whole run.
+        trials, planned: number of trials in it, and that it should have.
         repeated: trials that were in more than one shard, each time the same.
         notes: what is worth knowing, in words.
     """
@@ -75,7 +75,7 @@ def merge(out: Path, shards: list[Path], partial: bool = False) -> Merged:
 
 
 def _collect(shards: list[Path], runs: list[RunInfo], jobs: Jobs) -> tuple[np.ndarray, int]:
-    """Which shard holds each trial (−1 none), and how many trials are in several."""
+    """Return which shard holds each trial (−1 none), and how many trials are in several."""
     owner = np.full(jobs.total, -1, dtype=np.int32)
     digests = np.zeros(jobs.total, dtype=np.uint64)
     repeated: set[int] = set()
@@ -120,7 +120,7 @@ def _jobs_of(run: RunInfo, folder: Path, jobs: Jobs) -> Jobs:
 
 
 def _holes(missing: np.ndarray, shards: list[Path], runs: list[RunInfo], jobs: Jobs) -> str:
-    """Which trials are missing, and what to do about it."""
+    """Say which trials are missing, and what to do about it."""
     shown = ", ".join(map(str, missing[:8])) + (" …" if len(missing) > 8 else "")
     text = f"{len(missing)} of {jobs.total} trials are missing: {shown}."
     gone = set(missing.tolist())

@@ -1,7 +1,6 @@
 """The record of a trial, and its timings: lines that are written and read by the same class.
 
-What the fields mean stands in docs/results-format.md. Numbers are written rounded, far below what is
-measurable.
+docs/results-format.md says what the fields mean. Numbers are rounded, far below what is measurable.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from grasp_bench.scenario.outcomes import Outcome
 
 
 class TcpError(NamedTuple):
-    """How far the TCP was from its plan before the fingers closed: distance [m] and angle [rad]."""
+    """Error of the TCP against its plan before the fingers close: distance [m] and angle [rad]."""
 
     position: float
     angle: float
@@ -27,12 +26,12 @@ class TcpError(NamedTuple):
 
 @dataclass(frozen=True)
 class _Part:
-    """How a field that is a ``kind`` in memory is an object of rounded numbers, or null, in the file.
+    """A field that is a ``kind`` in memory, and an object of rounded numbers or null in the file.
 
     Attributes:
-        kind: the class.
-        digits: of every number of it, by name.
-        shapes: of those that are arrays.
+        kind: class of the field's value.
+        digits: decimal places of every number, by name.
+        shapes: shape of those that are arrays.
     """
 
     kind: type
@@ -76,17 +75,16 @@ PART = "an object or null"
 
 
 class Attempted(Stored):
-    """What every attempt at an object is recorded with.
+    """The record of any attempt at an object.
 
     Attributes:
-        object, category: what was tried.
-        outcome: how it ended.
-        detail: why, in words; empty for a success.
-        grasp: the one carried out [px of the full image].
-        pose: of the TCP at the grasp, in the world [m].
-        rank: of the grasp among the predictor's, from 0.
+        object, category: names of what was tried.
+        detail: why it ended like this, in words; empty for a success.
+        grasp: the grasp carried out [px of the full image].
+        pose: pose of the TCP at the grasp, in the world [m].
+        rank: position of the grasp among the predictor's, from 0.
         tcp_error: see :class:`TcpError`.
-        lift_height: of the object above its place, after lifting [m].
+        lift_height: height of the object above its place, after lifting [m].
         contact_force: mean normal force of the two fingers at the end [N].
         sim_steps: physics steps taken.
     """
@@ -107,13 +105,13 @@ class Attempted(Stored):
 
     @property
     def success(self) -> bool:
-        """The object was lifted, carried and held."""
+        """Whether the object was lifted, carried and held."""
         return self.outcome is Outcome.SUCCESS
 
     @model_validator(mode="before")
     @classmethod
     def _without_success(cls, content: Any) -> Any:
-        """``success`` is written for readers of the file, and says nothing that ``outcome`` does not."""
+        """Drop ``success``, written for readers of the file: ``outcome`` says it, too."""
         if not isinstance(content, dict) or "success" not in content:
             return content
         rest = dict(content)
@@ -139,7 +137,7 @@ class AttemptRecord(Attempted):
 
 
 class EpisodeRecord(Stored):
-    """What an episode of clutter was: its objects, how many were cleared, and all attempts."""
+    """The record of an episode of clutter: its objects, how many were cleared, and all attempts."""
 
     objects: Annotated[list[Text], Field(min_length=1)]
     cleared: Count
@@ -157,7 +155,7 @@ class TrialRecord(Attempted):
 
     Attributes:
         trial: its number in the run.
-        seed: of the run.
+        seed: the run's seed.
         clutter: the episode; None for a trial on one object.
     """
 
@@ -176,7 +174,7 @@ class TrialRecord(Attempted):
         return list(enumerate(self.clutter.attempts))
 
     def as_attempt(self, number: int, removed: tuple[str, ...]) -> AttemptRecord:
-        """The record of an episode's attempt, without what the episode says already."""
+        """Return the record of an episode's attempt, without what the episode says already."""
         shared = {name: getattr(self, name) for name in Attempted.model_fields}
         return AttemptRecord(attempt=number, removed=removed, **shared)
 
@@ -195,10 +193,10 @@ class Timings(Stored):
 
     @property
     def seconds(self) -> dict[str, float]:
-        """By phase."""
+        """Seconds by phase."""
         return self.__pydantic_extra__
 
     @property
     def total(self) -> float:
-        """Of all phases."""
+        """Seconds of all phases."""
         return sum(self.seconds.values())

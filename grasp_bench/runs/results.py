@@ -25,12 +25,11 @@ class RunResults:
     """The results of a run, read from its folder when first asked for.
 
     Args:
-        folder: with ``run.json`` and ``trials.jsonl``.
+        folder: folder with ``run.json`` and ``trials.jsonl``.
 
     Attributes:
-        folder: where it lies.
+        folder: path of the folder.
         info: the content of ``run.json``: predictor, whole scenario, seed, versions, hashes.
-        records: of its trials, in trial order.
 
     Raises:
         ResultsError: for a folder that holds no run, or a damaged one.
@@ -47,7 +46,7 @@ class RunResults:
 
     @cached_property
     def records(self) -> list[TrialRecord]:
-        """Of all trials, in trial order."""
+        """Records of all trials, in trial order."""
         return load_records(self.folder)
 
     @cached_property
@@ -115,7 +114,7 @@ class RunResults:
 
     @property
     def outcomes(self) -> dict[str, int]:
-        """How many trials ended in which way, most frequent first."""
+        """Number of trials by outcome, most frequent first."""
         return {str(o): n for o, n in Counter(r.outcome for r in self.records).most_common()}
 
     @property
@@ -124,7 +123,7 @@ class RunResults:
         return sum(self.outcomes.get(o, 0) for o in HARNESS_FAULTS)
 
     def check_not_empty(self) -> None:
-        """Raises ResultsError when there is no trial yet."""
+        """Raise ResultsError when there is no trial yet."""
         if not len(self):
             raise ResultsError(f"{self.folder} holds no finished trial yet; run the same command again.")
 
@@ -135,8 +134,8 @@ class Comparison:
 
     Attributes:
         first, second: names of the predictors.
-        both, first_only, second_only, neither: trials in which they succeeded.
-        p_value: of McNemar's exact two-sided test: how often two equally good predictors would
+        both, first_only, second_only, neither: number of trials in which they succeeded.
+        p_value: McNemar's exact two-sided p-value: how often two equally good predictors would
             differ this much on these trials.
         differing: names of the objects on which exactly one succeeded, in trial order.
     """

@@ -1,4 +1,4 @@
-"""What the files of a run are made of: classes that both write and read them."""
+"""Parts of the files of a run: classes that both write and read them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Text = Annotated[str, Field(strict=True, description="text")]
 
 
 class Stored(BaseModel):
-    """What a results file holds: frozen; unknown keys are kept, for a later version may have written them.
+    """Content of a results file: frozen; unknown keys are kept, as a later version may have written them.
 
     A field's description says what it must be, for errors.
     """
@@ -27,11 +27,7 @@ class Stored(BaseModel):
 
     @classmethod
     def read(cls, content: Any) -> Self:
-        """The content of a file, checked.
-
-        Raises:
-            ValueError: saying what is wrong first.
-        """
+        """Return the content of a file, checked; ValueError says what is wrong first."""
         if not isinstance(content, dict):
             raise ValueError(f"{shown(content)} is not a record")
         try:
@@ -52,20 +48,20 @@ class Stored(BaseModel):
         return cls.leading.index(str(key)) if key in cls.leading else len(cls.leading)
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data, as it is written."""
+        """Return plain data, as it is written."""
         return self.model_dump(mode="json")
 
     def __getitem__(self, key: str) -> Any:
-        """Deprecated: the content of a key, as it is written; use the attribute."""
+        """Return the content of a key as it is written; deprecated, use the attribute."""
         warnings.warn(f"[{key!r}] is deprecated; use .{key}", DeprecationWarning, stacklevel=2)
         return self.to_json()[key]
 
     def line(self) -> str:
-        """The content as one line of JSON; the same content is always the same line."""
+        """Return the content as one line of JSON; the same content is always the same line."""
         return json.dumps(self.to_json(), ensure_ascii=False, separators=(", ", ": "), allow_nan=False)
 
 
 def shown(value: Any) -> str:
-    """A value as an error shows it: cut where it is long."""
+    """Return a value as an error shows it: cut where it is long."""
     text = repr(value)
     return text if len(text) <= 40 else text[:37] + "…"

@@ -15,7 +15,7 @@ import numpy as np
 
 
 def wilson(successes: int, trials: int, confidence: float = 0.95) -> tuple[float, float]:
-    """Wilson score interval of a rate (Wilson 1927, without continuity correction).
+    """Return the Wilson score interval of a rate (Wilson 1927, without continuity correction).
 
     Raises:
         ValueError: unless 0 ≤ successes ≤ trials and trials > 0.
@@ -31,7 +31,7 @@ def wilson(successes: int, trials: int, confidence: float = 0.95) -> tuple[float
 
 @dataclass(frozen=True)
 class Rate:
-    """Successes among trials; of no trials nothing is known: the rate is 0, its interval all of [0, 1]."""
+    """Successes among trials; for no trials the rate is 0 and its interval [0, 1]."""
 
     successes: int
     trials: int
@@ -51,20 +51,19 @@ class Rate:
         return f"{self.successes}/{self.trials} = {self.rate:.1%} (95 % interval {low:.1%} – {high:.1%})"
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data: the counts, the rate and its interval."""
+        """Return plain data: the counts, the rate and its interval."""
         return self.counts() | {"rate": self.rate, "wilson95": list(self.interval)}
 
     def counts(self) -> dict[str, int]:
-        """Plain data: the counts alone."""
+        """Return plain data: the counts alone."""
         return {"successes": self.successes, "trials": self.trials}
 
 
 def mcnemar(first_only: int, second_only: int) -> float:
-    """Two-sided exact p-value of McNemar's test for paired trials.
+    """Return the two-sided exact p-value of McNemar's test for paired trials.
 
     Args:
-        first_only: trials in which only the first succeeded.
-        second_only: trials in which only the second did.
+        first_only, second_only: trials in which only the one or the other succeeded.
     """
     from scipy.stats import binomtest
 
@@ -73,14 +72,13 @@ def mcnemar(first_only: int, second_only: int) -> float:
 
 
 def mcnemar_worse(lost: int, gained: int) -> float:
-    """One-sided exact p-value of McNemar's test that a success became less likely.
+    """Return the one-sided exact p-value of McNemar's test that a success became less likely.
 
     Among the trials in which exactly one of two runs succeeded, each is as likely as the other
     where nothing changed; the p-value is the probability of so many losses or more.
 
     Args:
-        lost: trials in which only the old run succeeded.
-        gained: trials in which only the new run did.
+        lost, gained: trials in which only the old run, and only the new run, succeeded.
     """
     from scipy.stats import binom
 
@@ -88,13 +86,7 @@ def mcnemar_worse(lost: int, gained: int) -> float:
 
 
 class Pairs(NamedTuple):
-    """Trials of two runs, counted pairwise.
-
-    Attributes:
-        lost: only the old run succeeded.
-        gained: only the new run did.
-        trials: number of pairs.
-    """
+    """Pairs of trials of two runs: in how many only the old, and only the new run succeeded, and all."""
 
     lost: int
     gained: int
@@ -107,7 +99,7 @@ class Pairs(NamedTuple):
 
 
 def tango_score(pairs: Pairs, difference: float) -> float:
-    """Tango's score statistic that the rates differ by ``difference`` (new − old); about N(0, 1) if so.
+    """Return Tango's score statistic that the rates differ by ``difference`` (new − old); N(0, 1) if so.
 
     T. Tango, “Equivalence test and confidence interval for the difference in proportions for the
     paired-sample design”, Statistics in Medicine 17 (1998) 891–908, eqs. (24)–(26): the variance
@@ -115,8 +107,8 @@ def tango_score(pairs: Pairs, difference: float) -> float:
     few pairs are discordant.
 
     Args:
-        pairs: counts.
-        difference: in (−1, 1).
+        pairs: the counts.
+        difference: a number in (−1, 1).
     """
     gained, lost, n = pairs.gained, pairs.lost, pairs.trials
     a = 2 * n
@@ -131,7 +123,7 @@ def tango_score(pairs: Pairs, difference: float) -> float:
 
 
 def paired_interval(pairs: Pairs, confidence: float = 0.95) -> tuple[float, float]:
-    """Tango's score interval of the difference of paired rates (new − old).
+    """Return Tango's score interval of the difference of paired rates (new − old).
 
     Its lower limit with confidence 1 − 2α decides the non-inferiority test at level α.
 
@@ -162,13 +154,16 @@ def paired_interval(pairs: Pairs, confidence: float = 0.95) -> tuple[float, floa
 
 
 def non_inferiority(pairs: Pairs, margin: float) -> float:
-    """One-sided p-value of the hypothesis that the rate dropped by ``margin`` or more (Tango's score)."""
+    """Return the one-sided p-value that the rate dropped by ``margin`` or more (Tango's score)."""
     return float(1 - NormalDist().cdf(tango_score(pairs, -margin)))
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
-    """p-values adjusted for their number, in the order given (S. Holm, “A simple sequentially
-    rejective multiple test procedure”, Scandinavian Journal of Statistics 6 (1979) 65–70)."""
+    """Return p-values adjusted for their number, in the order given.
+
+    S. Holm, “A simple sequentially rejective multiple test procedure”, Scandinavian Journal of
+    Statistics 6 (1979) 65–70.
+    """
     adjusted, largest = [0.0] * len(p_values), 0.0
     for rank, i in enumerate(sorted(range(len(p_values)), key=lambda k: p_values[k])):
         largest = max(largest, min(1.0, (len(p_values) - rank) * p_values[i]))
@@ -180,10 +175,10 @@ def holm(p_values: Sequence[float]) -> list[float]:
 
 
 def power_of_drop(trials: int, drop: float, gained: float, alpha: float = 0.05) -> float:
-    """Probability that McNemar's exact one-sided test sees a drop.
+    """Return the probability that McNemar's exact one-sided test sees a drop.
 
     Args:
-        trials: pairs.
+        trials: number of pairs.
         drop: old rate minus new rate.
         gained: share of pairs that only the new run wins; ``drop + gained`` are lost.
         alpha: level of the test.
@@ -205,14 +200,14 @@ def power_of_drop(trials: int, drop: float, gained: float, alpha: float = 0.05) 
 def visible_drop(
     trials: int, rate: float, gained: float | None = None, alpha: float = 0.05, power: float = 0.8
 ) -> float | None:
-    """Smallest drop of the rate that so many pairs show with probability ``power``; None if none.
+    """Return the smallest drop of the rate that ``trials`` pairs show with probability ``power``; or None.
 
     Args:
-        trials: pairs.
-        rate: of the old run.
+        trials: number of pairs.
+        rate: rate of the old run.
         gained: share of pairs that only the new run wins; by default that of two runs that have
             nothing to do with each other, which is the worst case of positively correlated ones.
-        alpha, power: of McNemar's exact one-sided test.
+        alpha, power: level and power of McNemar's exact one-sided test.
     """
     from scipy.optimize import brentq
 
@@ -229,15 +224,14 @@ def visible_drop(
 def trials_to_distinguish(
     first_only: float, second_only: float, alpha: float = 0.05, power: float = 0.8
 ) -> int | None:
-    """Pairs after which McNemar's two-sided test tells two rates apart with probability ``power``.
+    """Return the pairs after which McNemar's two-sided test tells two rates apart with chance ``power``.
 
     R. J. Connor, “Sample size for testing differences in proportions for the paired-sample
     design”, Biometrics 43 (1987) 207–211. None where the shares are equal.
 
     Args:
         first_only, second_only: shares of the pairs in which only the one or the other succeeds.
-        alpha: level of the test.
-        power: wanted.
+        alpha, power: level and power of the test.
 
     Raises:
         ValueError: for shares that cannot be.
@@ -257,7 +251,7 @@ def trials_to_distinguish(
 def trials_to_exclude(
     margin: float, lost: float, gained: float, alpha: float = 0.05, power: float = 0.8
 ) -> int | None:
-    """Pairs after which a drop of ``margin`` or more is excluded with probability ``power``; None if never.
+    """Return the pairs that exclude a drop of ``margin`` or more with probability ``power``; None if none do.
 
     By the normal approximation of the score test, with the shares of pairs lost and gained as given.
     """

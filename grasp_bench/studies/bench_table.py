@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from grasp_bench import api
 from grasp_bench.errors import AssetError, GraspBenchError
 from grasp_bench.networks.registry import all_weights, build, family, parameter_count
 from grasp_bench.networks.store import stored_input
@@ -14,6 +15,7 @@ from grasp_bench.report.accuracy import ablation_table, accuracy_table
 from grasp_bench.report.table4 import PAPER, ROBOTS, TITLE, Row, table_4
 from grasp_bench.report.tables import RATE_HEAD, TextTable, rate_cells
 from grasp_bench.runs.evaluation import Evaluation
+from grasp_bench.runs.info import RUN
 from grasp_bench.runs.results import Comparison, RunResults
 from grasp_bench.runs.statistics import Rate, holm, trials_to_distinguish
 
@@ -21,7 +23,7 @@ REFERENCE = "htc-grasp"
 UNABLATED = "htc-grasp-1000"
 """HTC-Grasp trained as long as its ablations."""
 SWITCHES = ("external_attention", "channel_attention")
-"""What the paper's Table 3 leaves out, as arguments of the network."""
+"""Parts that the paper's Table 3 leaves out, as arguments of the network."""
 FORMAT = 1
 
 NOTE = (
@@ -42,21 +44,19 @@ def bench(
     workers: int | None = None,
     on_run: Callable[[str], Any] = lambda name: True,
 ) -> list[str]:
-    """Tries predictors on the same trials, each into its own folder; finished ones are kept.
+    """Try predictors on the same trials, each into its own folder; finished ones are kept.
 
     Args:
         folder: holds a run for each predictor, named after it.
         predictors: names; by default all shipped ones whose weights are there.
-        trials: of each; by default one for each object.
-        scenario, seed, workers: as of ``grasp-bench run``.
+        trials: number of trials for each; by default one for each object.
+        scenario, seed, workers: as for :func:`grasp_bench.run`.
         on_run: called with each predictor's name, returns what :func:`grasp_bench.run` takes as
             ``progress``.
 
     Returns:
-        names of shipped networks left out because their weights are missing.
+        Names of shipped networks left out because their weights are missing.
     """
-    from grasp_bench import api
-
     names = list(predictors) if predictors else [n for n, e in SHIPPED.items() if e.available]
     for name in names:
         api.run(
@@ -72,7 +72,7 @@ def bench(
 
 
 def compare(folders: Sequence[Path], reference: str = REFERENCE) -> dict[str, Any]:
-    """Rows of the runs, each compared with the reference's trial by trial.
+    """Return rows of the runs, each compared with the reference's trial by trial.
 
     Raises:
         ResultsError: when a run is damaged or empty, or did other trials than the reference.
@@ -92,12 +92,7 @@ def compare(folders: Sequence[Path], reference: str = REFERENCE) -> dict[str, An
         if against is not None and run is not against:
             pairs = Comparison.of(against, run)
             shares = pairs.first_only / pairs.trials, pairs.second_only / pairs.trials
-            row |= {
-                "reference_only": pairs.first_only,
-                "this_only": pairs.second_only,
-                "p_value": pairs.p_value,
-                "trials_to_tell": trials_to_distinguish(*shares),
-            }
+            row |= _paired("reference", pairs) | {"trials_to_tell": trials_to_distinguish(*shares)}
         rows.append(row)
     _correct(rows)
     first = (against or runs[0]).info if runs else None
@@ -113,7 +108,7 @@ def compare(folders: Sequence[Path], reference: str = REFERENCE) -> dict[str, An
 
 
 def _ablations(runs: Sequence[RunResults]) -> list[dict[str, Any]]:
-    """The runs of HTC-Grasp and its ablations, these compared with :data:`UNABLATED` trial by trial."""
+    """Compare the runs of HTC-Grasp's ablations with :data:`UNABLATED` trial by trial."""
     by_name = {r.predictor: r for r in runs}
     whole, rows = by_name.get(UNABLATED), []
     for name in family(UNABLATED):
@@ -122,19 +117,19 @@ def _ablations(runs: Sequence[RunResults]) -> list[dict[str, Any]]:
         if (run := by_name.get(name)) is not None:
             row |= run.lifted.counts()
             if whole is not None and run is not whole:
-                pairs = Comparison.of(whole, run)
-                row |= {
-                    "whole_only": pairs.first_only,
-                    "this_only": pairs.second_only,
-                    "p_value": pairs.p_value,
-                }
+                row |= _paired("whole", Comparison.of(whole, run))
         rows.append(row)
     _correct(rows)
     return rows
 
 
+def _paired(first: str, pairs: Comparison) -> dict[str, Any]:
+    counts = {f"{first}_only": pairs.first_only, "this_only": pairs.second_only}
+    return counts | {"p_value": pairs.p_value}
+
+
 def _correct(rows: list[dict[str, Any]]) -> None:
-    """Adds Holm's ``p_holm`` to all rows that have a ``p_value``."""
+    """Add Holm's ``p_holm`` to all rows that have a ``p_value``."""
     compared = [r for r in rows if "p_value" in r]
     for row, corrected in zip(compared, holm([r["p_value"] for r in compared]), strict=True):
         row["p_holm"] = corrected
@@ -145,12 +140,14 @@ def _kind(predictor: str) -> str:
 
 
 def trained_on(predictor: str, used: dict[str, str | None] | None) -> dict[str, Any] | None:
-    """Training of a shipped network by its weights' metadata.
+    """Return the training of a shipped network by its weights' metadata.
 
     Args:
-        predictor: name.
-        used: SHA-256 by file of the weights that a run used. Where those installed are others, there
-            is nothing to tell: None.
+        predictor: name of the network.
+        used: SHA-256 by file of the weights that a run used.
+
+    Returns:
+        Facts for the table; None for no network, or where other weights are installed than were used.
     """
     weights = SHIPPED[predictor].weights if predictor in SHIPPED else None
     if weights is None:
@@ -178,7 +175,7 @@ def trained_on(predictor: str, used: dict[str, str | None] | None) -> dict[str, 
 
 
 def read_evaluations(folder: Path) -> list[Evaluation]:
-    """Results that ``grasp-bench evaluate --out`` left in a folder, by name; none if there is no folder.
+    """Read results that ``grasp-bench evaluate --out`` left in a folder, by name; none without a folder.
 
     Raises:
         ResultsError: naming a file that is not one.
@@ -190,7 +187,7 @@ def read_evaluations(folder: Path) -> list[Evaluation]:
 
 
 def tables(comparison: dict[str, Any], evaluations: Sequence[Evaluation]) -> list[TextTable]:
-    """Table 4, what was trained on what, and Tables 1 to 3, all re-measured."""
+    """Return Table 4, what was trained on what, and Tables 1 to 3, all re-measured."""
     found = [
         accuracy_table(name, chosen)
         for name in ("cornell", "jacquard", "synthetic")
@@ -208,7 +205,7 @@ def tables(comparison: dict[str, Any], evaluations: Sequence[Evaluation]) -> lis
 
 
 def _compared(comparison: dict[str, Any]) -> TextTable:
-    """Table 4, with how each row compares with the reference."""
+    """Return Table 4, with how each row compares with the reference."""
     rows, alone, p, tell = list(PAPER), *([""] * len(PAPER) for _ in range(3))
     for row in comparison["rows"]:
         missing = row["planned_trials"] - row["trials"]
@@ -253,26 +250,16 @@ def _weights_table(comparison: dict[str, Any]) -> TextTable:
 
 
 def _ablations_in_physics(comparison: dict[str, Any]) -> TextTable:
-    """The switches of the paper's Table 3 against success in physics."""
+    """Return the switches of the paper's Table 3 against success in physics."""
     rows = []
     for row in comparison["ablations"]:
-        cells = (
-            rate_cells(Rate(row["successes"], row["trials"])) if "trials" in row else ["not measured", "", ""]
-        )
-        against = (
-            [f"{row['whole_only']} : {row['this_only']}", f"{row['p_holm']:.2g}"]
-            if "p_value" in row
-            else ["", ""]
-        )
-        rows.append(
-            [
-                row["predictor"],
-                "✓" if row["external_attention"] else "",
-                "✓" if row["channel_attention"] else "",
-                *cells,
-                *against,
-            ]
-        )
+        cells, against = ["not measured", "", ""], ["", ""]
+        if "trials" in row:
+            cells = rate_cells(Rate(row["successes"], row["trials"]))
+        if "p_value" in row:
+            against = [f"{row['whole_only']} : {row['this_only']}", f"{row['p_holm']:.2g}"]
+        marks = ["✓" if row[switch] else "" for switch in SWITCHES]
+        rows.append([row["predictor"], *marks, *cells, *against])
     note = (
         f"All trained with the same budget. Alone: trials in which only {UNABLATED}, and only this one, "
         "succeeded; p: McNemar's exact two-sided test, Holm-corrected over these rows."
@@ -287,9 +274,7 @@ def _ablations_in_physics(comparison: dict[str, Any]) -> TextTable:
 
 
 def run_folders(folder: Path) -> list[Path]:
-    """Runs directly in ``folder``; GraspBenchError when there is none."""
-    from grasp_bench.runs.folder import RUN
-
+    """Return the runs directly in ``folder``; GraspBenchError when there is none."""
     found = sorted(p.parent for p in folder.glob(f"*/{RUN}"))
     if not found:
         raise GraspBenchError(f"{folder} holds no run yet; leave out --no-run to make them.")

@@ -17,6 +17,7 @@ from typing import Any
 
 import yaml
 
+from grasp_bench import api
 from grasp_bench.errors import ScenarioError
 from grasp_bench.runs.folder import load_records
 from grasp_bench.runs.record import TrialRecord
@@ -33,13 +34,11 @@ class Point:
     """One value of a sweep, for one predictor.
 
     Attributes:
-        predictor, value: which.
-        successes, trials, rate: counts.
         low, high: 95 % Wilson interval of the rate.
         lost, gained: trials that the scenario's own value won and this one did not, and the reverse; None
             where the sweep does not hold the own value.
         p: two-sided exact McNemar p-value of that difference.
-        folder: of the run, below the sweep's.
+        folder: the run's folder, below the sweep's.
     """
 
     predictor: str
@@ -61,10 +60,9 @@ class Sweep:
 
     Attributes:
         parameter: dotted name, such as ``gripper.force``.
-        scenario: name of the scenario that was varied.
-        own: its own value.
-        seed: of all runs.
-        points: by predictor, then in the order of the values.
+        scenario, own: name of the scenario that was varied, and its own value.
+        seed: seed of all runs.
+        points: results by predictor, then in the order of the values.
     """
 
     parameter: str
@@ -79,49 +77,25 @@ class Sweep:
         return list(dict.fromkeys(p.predictor for p in self.points))
 
     def as_json(self) -> str:
-        """All of it as JSON."""
+        """Return all of it as JSON."""
         return json.dumps(asdict(self), indent=1, ensure_ascii=False) + "\n"
 
     def as_csv(self) -> str:
-        """The points as comma-separated values."""
+        """Return the points as comma-separated values."""
         text = io.StringIO()
         table = csv.writer(text, lineterminator="\n")
-        table.writerow(
-            [
-                "parameter",
-                "value",
-                "predictor",
-                "successes",
-                "trials",
-                "rate",
-                "low",
-                "high",
-                "lost",
-                "gained",
-                "p",
-            ]
-        )
+        counts, rates = ("successes", "trials"), ("rate", "low", "high")
+        table.writerow(["parameter", "value", "predictor", *counts, *rates, "lost", "gained", "p"])
         for p in self.points:
-            table.writerow(
-                [
-                    self.parameter,
-                    p.value,
-                    p.predictor,
-                    p.successes,
-                    p.trials,
-                    f"{p.rate:.4f}",
-                    f"{p.low:.4f}",
-                    f"{p.high:.4f}",
-                    p.lost,
-                    p.gained,
-                    None if p.p is None else f"{p.p:.3g}",
-                ]
-            )
+            shares = (f"{share:.4f}" for share in (p.rate, p.low, p.high))
+            chance = None if p.p is None else f"{p.p:.3g}"
+            own = (self.parameter, p.value, p.predictor, p.successes, p.trials)
+            table.writerow([*own, *shares, p.lost, p.gained, chance])
         return text.getvalue()
 
 
 def read_values(text: str) -> list[Any]:
-    """Values from ``0,0.001,0.002`` or ``[0.5, 0, 0.5],[0.5, 0, 0.6]``, as YAML reads them.
+    """Read values from ``0,0.001,0.002`` or ``[0.5, 0, 0.5],[0.5, 0, 0.6]``, as YAML reads them.
 
     Raises:
         ScenarioError: for what is not such a list, holds nothing, or a value twice.
@@ -142,7 +116,7 @@ def read_values(text: str) -> list[Any]:
 
 
 def varied(base: Scenario, parameter: str, values: Sequence[Any]) -> dict[str, tuple[Any, Scenario]]:
-    """Folder name → value and scenario, all validated; the scenario's own value is ``reference``.
+    """Return folder name → value and scenario, all validated; the scenario's own value is ``reference``.
 
     Raises:
         UnknownNameError: for an unknown parameter.
@@ -175,7 +149,7 @@ def sweep(
 
     Args:
         parameter: dotted name of a scenario's value.
-        values: to try.
+        values: values to try.
         base: scenario of all other values.
         out: folder; holds ``PREDICTOR/VALUE/`` and may be shared by sweeps of the same scenario.
         predictors, objects, trials, seed, workers: as :func:`grasp_bench.api.run` takes them.
@@ -184,8 +158,6 @@ def sweep(
     Raises:
         GraspBenchError: before the first trial, for anything wrong with the inputs.
     """
-    from grasp_bench import api
-
     scenarios = varied(base, parameter, values)
     points: list[Point] = []
     for predictor in predictors:
@@ -225,15 +197,5 @@ def _point(
         lost = sum(reference[t] and not won[t] for t in won)
         gained = sum(won[t] and not reference[t] for t in won)
         p = mcnemar(lost, gained)
-    return Point(
-        predictor,
-        value,
-        successes,
-        trials,
-        successes / trials,
-        *wilson(successes, trials),
-        lost,
-        gained,
-        p,
-        folder,
-    )
+    rate, (low, high) = successes / trials, wilson(successes, trials)
+    return Point(predictor, value, successes, trials, rate, low, high, lost, gained, p, folder)

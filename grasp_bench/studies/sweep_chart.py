@@ -19,12 +19,12 @@ LEFT, RIGHT, TOP, BOTTOM = 56, 16, 44, 52
 
 
 def words(value: Any) -> str:
-    """A value as an axis shows it."""
+    """Return a value as an axis shows it."""
     return f"{value:g}" if isinstance(value, (int, float)) and not isinstance(value, bool) else str(value)
 
 
 def as_svg(done: Sweep) -> str:
-    """A figure with one line a predictor, and bars for the 95 % Wilson intervals."""
+    """Draw a figure with one line a predictor, and bars for the 95 % Wilson intervals."""
     values = list(dict.fromkeys(words(p.value) for p in done.points))
     step = (WIDTH - LEFT - RIGHT) / len(values)
 
@@ -84,7 +84,7 @@ def _hover(p: Point) -> str:
 
 
 def as_html(done: Sweep) -> str:
-    """A page of its own with the same figure to hover over; holds all of Plotly, loads nothing."""
+    """Draw the same figure as an interactive page, which holds all of Plotly and loads nothing."""
     import plotly.graph_objects as go
 
     figure = go.Figure()

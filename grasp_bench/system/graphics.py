@@ -1,4 +1,4 @@
-"""Which OpenGL MuJoCo may use; decided before MuJoCo is imported.
+"""The OpenGL that MuJoCo may use, chosen before MuJoCo is imported.
 
 MuJoCo binds to a graphics library when it is imported, by the environment variable
 ``MUJOCO_GL``, and fails there and then where that library is broken. grasp-bench measures
@@ -20,7 +20,7 @@ LIBRARIES = {"egl": "libEGL.so.1", "osmesa": "libOSMesa.so.8"}
 
 
 def resolve_renderer(name: str) -> str:
-    """The renderer that ``name`` stands for on this machine.
+    """Return the renderer that ``name`` stands for on this machine.
 
     Raises:
         UnknownNameError: for a name that is not in :data:`RENDERERS`.
@@ -35,8 +35,19 @@ def without_gl() -> None:
     os.environ.setdefault(VARIABLE, "off")
 
 
+def prepare(renderer: str) -> None:
+    """Have MuJoCo load the graphics library that a renderer draws with, and none where it needs none.
+
+    Raises:
+        GraspBenchError: as :func:`with_gl`.
+    """
+    if renderer in LIBRARIES:
+        with_gl(renderer)
+    without_gl()
+
+
 def available() -> list[str]:
-    """Off-screen backends whose library is installed."""
+    """Return the off-screen backends whose library is installed."""
     found = []
     for name, library in LIBRARIES.items():
         with suppress(OSError):

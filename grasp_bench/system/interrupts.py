@@ -1,4 +1,4 @@
-"""Batch systems end a job with SIGTERM: taken as Ctrl-C is, so that workers stop and files are closed."""
+"""SIGTERM, with which batch systems end a job, taken as Ctrl-C: workers stop and files are closed."""
 
 from __future__ import annotations
 

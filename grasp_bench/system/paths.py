@@ -1,4 +1,4 @@
-"""Where the files that travel with the package lie: in a checkout or inside an installed wheel."""
+"""Places of the files that travel with the package: in a checkout or inside an installed wheel."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ def _shared(name: str) -> Path:
 
 
 def assets_dir() -> Path:
-    """Folder with ``ec66/``, ``objects/`` and ``weights/``."""
+    """Return the folder with ``ec66/``, ``objects/`` and ``weights/``."""
     return _shared("assets")
 
 
 def scenarios_dir() -> Path:
-    """Folder with the shipped scenario files."""
+    """Return the folder with the shipped scenario files."""
     return _shared("scenarios")
 
 
 def constraints_file() -> Path:
-    """The exact versions of the tested stack, in pip's format."""
+    """Return the file with the exact versions of the tested stack, in pip's format."""
     for path in (_PACKAGE / "_data" / "constraints.txt", _PACKAGE.parent / "constraints.txt"):
         if path.is_file():
             return path

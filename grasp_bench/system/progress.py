@@ -1,11 +1,20 @@
-"""The progress bar of a run, with its success rate so far."""
+"""Progress bars, that of a run with its success rate so far."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+
+def counting(console: Console) -> Any:
+    """Return a Rich progress bar for ``with``, whose tasks have a description and a field ``state``."""
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    description, state = TextColumn("{task.description}"), TextColumn("{task.fields[state]}")
+    columns = (description, BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), state)
+    return Progress(*columns, console=console)
 
 
 class Tried(Protocol):
@@ -13,7 +22,7 @@ class Tried(Protocol):
 
     @property
     def success(self) -> bool:
-        """It was one."""
+        """Whether the trial succeeded."""
         ...
 
 

@@ -1,6 +1,6 @@
 """What people read in a terminal: help and errors, word for word.
 
-After an intended change: ``GRASP_BENCH_UPDATE_SNAPSHOTS=1 pytest tests/test_snapshots.py``, then read
+After an intended change: ``GRASP_BENCH_UPDATE_SNAPSHOTS=1 pytest tests/cli/test_snapshots.py``, then read
 the difference.
 """
 

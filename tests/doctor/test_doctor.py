@@ -17,7 +17,7 @@ from grasp_bench.doctor.environment import check_environment, normalised
 from grasp_bench.doctor.rerun import Rerun, rerun
 from grasp_bench.errors import ResultsError
 from grasp_bench.execution.describe import PINNED
-from grasp_bench.execution.executors import Here
+from grasp_bench.execution.here import Here
 from grasp_bench.execution.runner import run
 from grasp_bench.predictors.controls import Antipodal
 from grasp_bench.runs.jobs import Settings, spread

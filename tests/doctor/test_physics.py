@@ -24,6 +24,7 @@ from grasp_bench.doctor.physics.torsion import collapse, torsion
 from grasp_bench.doctor.physics.tracking import tracking
 from grasp_bench.robot.ec66 import EC66
 from grasp_bench.robot.parallel_85 import PARALLEL_85
+from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scenario.sections import Scenario
 
 
@@ -74,7 +75,8 @@ def test_verdicts() -> None:
 
 def watched(name: str, success: bool, share: float = 0.5) -> Watched:
     return Watched(
-        {"object": name, "success": success},
+        name,
+        Outcome.SUCCESS if success else Outcome.MISSED,
         share * np.array(EC66.torque_limits),
         share * np.array(EC66.velocity_limits),
     )
@@ -106,7 +108,7 @@ def test_a_reference_trial_is_watched(scenario: Scenario) -> None:
     done = []
     (trial,) = watch(scenario, ["apple"], workers=1, progress=lambda: done.append(1))
     assert done == [1]
-    assert trial.record["success"]
+    assert (trial.object, trial.success) == ("apple", True)
     assert (trial.torque > 0).all()
     assert (trial.torque < EC66.torque_limits).all()
     assert 0.3 < (trial.velocity / EC66.velocity_limits).max() < 0.6  # planned for half

@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import psutil
 import pytest
@@ -24,10 +23,10 @@ TESTS = Path(__file__).parents[1] / "support"
 class Command:
     """``grasp-bench run`` as a process of its own."""
 
-    def __init__(self, cwd: Path, arguments: list[Any], code: str | None = None, **environment: str) -> None:
+    def __init__(self, cwd: Path, arguments: str, code: str | None = None, **environment: str) -> None:
         start = ["-m", "grasp_bench.cli"] if code is None else ["-c", code]
         self.process = subprocess.Popen(
-            [sys.executable, *start, "run", *map(str, arguments)],
+            [sys.executable, *start, "run", *arguments.split()],
             cwd=cwd,
             text=True,
             start_new_session=True,
@@ -63,22 +62,10 @@ def test_kill_9_of_parent_and_worker_lose_nothing_and_change_nothing(
     unbroken = gb.run(toy_catalog, 9, Antipodal(), scenario, seed=2, out=tmp_path / "one", progress=False)
     (tmp_path / "quick.yaml").write_text(scenario.model_dump_json())
     out = tmp_path / "killed"
-    asked = [
-        "--objects",
-        toy_catalog,
-        "--trials",
-        9,
-        "--predictor",
-        "antipodal",
-        "--seed",
-        2,
-        "--out",
-        out,
-        "--scenario",
-        "quick.yaml",
-        "--workers",
-        1,
-    ]
+    asked = (
+        f"--objects {toy_catalog} --trials 9 --predictor antipodal --seed 2 --out {out} "
+        "--scenario quick.yaml --workers 1"
+    )
 
     first = Command(tmp_path, asked)
     until(lambda: lines(out) >= 2)
@@ -100,35 +87,22 @@ def test_kill_9_of_parent_and_worker_lose_nothing_and_change_nothing(
 
 
 SLOW = """
-import grasp_bench.execution.executors as executors
 from fake_work import FakeProcesses
-executors.make_executor = lambda name, workers, **_: FakeProcesses(workers)
+from grasp_bench import api
+api.make_executor = lambda name, workers, **_: FakeProcesses(workers)
 from grasp_bench.cli import main
 main()
 """
 
 
 @pytest.fixture
-def asked(toy_catalog: Path, tmp_path: Path) -> list[Any]:
+def asked(toy_catalog: Path) -> str:
     """Arguments of a run of 40 trials."""
-    return [
-        "--objects",
-        toy_catalog,
-        "--trials",
-        40,
-        "--predictor",
-        "oracle",
-        "--out",
-        tmp_path / "out",
-        "--workers",
-        2,
-    ]
+    return f"--objects {toy_catalog} --trials 40 --predictor oracle --out out --workers 2"
 
 
 @pytest.mark.parametrize("how", ["Ctrl-C", "SIGTERM"])
-def test_a_stopped_run_ends_its_workers_and_says_how_to_go_on(
-    asked: list[Any], tmp_path: Path, how: str
-) -> None:
+def test_a_stopped_run_ends_its_workers_and_says_how_to_go_on(asked: str, tmp_path: Path, how: str) -> None:
     run = Command(tmp_path, asked, SLOW, FAKE_WORK_SECONDS="0.5")
     until(lambda: lines(tmp_path / "out") >= 3)
     workers = run.workers()
@@ -151,9 +125,7 @@ def test_a_stopped_run_ends_its_workers_and_says_how_to_go_on(
     assert [json.loads(line)["trial"] for line in written] == list(range(40))
 
 
-def test_a_second_run_into_the_folder_is_refused_while_the_first_goes_on(
-    asked: list[Any], tmp_path: Path
-) -> None:
+def test_a_second_run_into_the_folder_is_refused_while_the_first_goes_on(asked: str, tmp_path: Path) -> None:
     first = Command(tmp_path, asked, SLOW, FAKE_WORK_SECONDS="0.5")
     until(lambda: lines(tmp_path / "out") >= 1)
     code, text = Command(tmp_path, asked, SLOW).end()
@@ -164,11 +136,8 @@ def test_a_second_run_into_the_folder_is_refused_while_the_first_goes_on(
 
 
 @pytest.mark.parametrize("where", ["/proc/grasp-bench", "/dev/null/out"])
-def test_a_folder_that_cannot_be_written_is_one_clear_error(
-    asked: list[Any], tmp_path: Path, where: str
-) -> None:
-    asked[asked.index("--out") + 1] = where
-    code, text = Command(tmp_path, asked, SLOW).end()
+def test_a_folder_that_cannot_be_written_is_one_clear_error(asked: str, tmp_path: Path, where: str) -> None:
+    code, text = Command(tmp_path, asked.replace("--out out", f"--out {where}"), SLOW).end()
     assert code == 2
     assert f"{where} cannot be written" in " ".join(text.split())
     assert "Traceback" not in text

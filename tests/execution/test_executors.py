@@ -15,8 +15,9 @@ import pytest
 from fake_work import FakeProcesses, until
 
 from grasp_bench.errors import GraspBenchError, UnknownNameError
-from grasp_bench.execution.executors import Answer, Fault, make_executor
+from grasp_bench.execution.executors import make_executor
 from grasp_bench.execution.memory import fair_share
+from grasp_bench.execution.protocol import Answer, Fault
 from grasp_bench.runs.jobs import Job, Settings
 from grasp_bench.runs.limits import ErrorLimit
 from grasp_bench.scenario.outcomes import Outcome

@@ -16,7 +16,7 @@ from PIL import Image
 from grasp_bench import api
 from grasp_bench.camera import RgbdImage
 from grasp_bench.errors import ResultsError
-from grasp_bench.execution.executors import Here
+from grasp_bench.execution.here import Here
 from grasp_bench.execution.runner import run
 from grasp_bench.grasps import Grasp, GraspMaps
 from grasp_bench.media import store

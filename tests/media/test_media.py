@@ -81,7 +81,7 @@ def test_sheets_and_clips_are_small_and_move(
 ) -> None:
     done, recording = watched
     recorder = store.PictureRecorder(tmp_path, "all", scenario)
-    recorder._recording = recording
+    recorder.moments, recorder.touches = recording.moments, recording.touches
     recorder.keep(done, load_predictor("oracle"))
     media = store.find(tmp_path, 0)
     assert media.sheet is not None

@@ -18,15 +18,15 @@ import pytest
 from PIL import Image
 
 from grasp_bench.camera import CameraPose, Intrinsics, RgbdImage
-from grasp_bench.cli import main
 from grasp_bench.errors import GraspBenchError, ResultsError
-from grasp_bench.execution.executors import Here
+from grasp_bench.execution.here import Here
 from grasp_bench.execution.runner import run
 from grasp_bench.media.clouds import point_cloud
 from grasp_bench.media.meshes import Stage
 from grasp_bench.media.recording import Moment
 from grasp_bench.media.store import find
 from grasp_bench.predictors import load_predictor
+from grasp_bench.predictors.controls import Displaced
 from grasp_bench.replay import video, viewer
 from grasp_bench.replay.rebuild import Replay, rebuild
 from grasp_bench.replay.rerender import missing, rerender
@@ -94,6 +94,30 @@ def test_what_differs_is_named_with_what_may_have_caused_it(
     assert any("mujoco" in c and "3.1" in c for c in found.causes)
 
 
+def test_the_predictor_is_closed(folder: Path, toy_catalog: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    closed: list[bool] = []
+    monkeypatch.setattr(Displaced, "close", lambda self: closed.append(True), raising=False)
+    assert rebuild(folder, 0, toy_catalog).identical
+    assert closed == [True]
+
+
+def test_a_shipped_predictor_is_no_cause(changed: Callable[..., Path], toy_catalog: Path) -> None:
+    found = rebuild(changed(0, sim_steps=1), 0, toy_catalog)
+    assert len(found.differs) == 1
+    assert found.causes == []
+
+
+def test_another_predictor_of_the_same_name_is_a_cause(
+    changed: Callable[..., Path], toy_catalog: Path
+) -> None:
+    changed(0, sim_steps=1)
+    copy = changed(
+        predictor="fake_predictors:ByColour", implementation={"files": {"fake_predictors.py": "ab"}}
+    )
+    found = rebuild(copy, 3, toy_catalog)
+    assert any("the predictor's files" in cause and "fake_predictors.py" in cause for cause in found.causes)
+
+
 def test_a_trial_that_is_not_there_is_named(folder: Path, toy_catalog: Path) -> None:
     with pytest.raises(ResultsError, match="no trial 17; it holds 4, 0 to 3"):
         rebuild(folder, 17, toy_catalog)
@@ -108,40 +132,20 @@ def test_the_command_verifies_tells_and_ends_with_1_where_it_differs(
     folder: Path,
     changed: Callable[..., Path],
     toy_catalog: Path,
-    tmp_path: Path,
+    cli: Callable[..., Any],
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
 ) -> None:
     for name in THREADS:
         monkeypatch.setenv(name, "1")
-
-    def call(run: Path, *options: object) -> tuple[int | str | None, str, str]:
-        monkeypatch.setattr(
-            "sys.argv",
-            [
-                "grasp-bench",
-                "replay",
-                str(run),
-                "--trial",
-                "0",
-                "--objects",
-                str(toy_catalog),
-                *map(str, options),
-            ],
-        )
-        with pytest.raises(SystemExit) as ended:
-            main()
-        printed = capsys.readouterr()
-        return ended.value.code, printed.out, printed.err
-
-    code, out, err = call(folder)
-    assert (code or 0, err) == (0, "")
+    options = f"--trial 0 --objects {toy_catalog}"
+    code, out, err = cli(f"replay {folder} {options}")
+    assert (code, err) == (0, "")
     assert "Verified: the record is the same to the bit." in out
-    code, out, err = call(changed(0, lift_height=0.5))
+    code, out, err = cli(f"replay {changed(0, lift_height=0.5)} {options}")
     assert code == 1
     assert "lift_height: 0.5 in the record, 0.0 now" in err
     assert "Verified" not in out
-    code, _, err = call(folder, "--video", tmp_path / "film.doc")
+    code, _, err = cli(f"replay {folder} {options} --video film.doc")
     assert (code, "not .doc" in err) == (2, True)
 
 

@@ -88,7 +88,7 @@ def test_a_finished_run_is_in_trial_order(tmp_path: Path) -> None:
     write(tmp_path, [2, 0, 1], finish=True)
     assert numbers(tmp_path) == [0, 1, 2]
     assert [t.trial for t in read_lines(tmp_path / "timings.jsonl", Timings)] == [0, 1, 2]
-    assert not list(tmp_path.glob("*.tmp"))
+    assert not list(tmp_path.glob("*.part"))
 
 
 def test_a_run_without_timings_is_finished_all_the_same(tmp_path: Path) -> None:
@@ -311,7 +311,7 @@ def test_a_full_disk_at_the_end_keeps_the_unordered_trials(
             results.finish()
         monkeypatch.undo()
     assert (tmp_path / "trials.jsonl").read_bytes() == before
-    assert not list(tmp_path.glob("*.tmp"))
+    assert not list(tmp_path.glob("*.part"))
 
 
 def brief(trial: int) -> str:

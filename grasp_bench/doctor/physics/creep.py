@@ -8,7 +8,7 @@ from grasp_bench.scenario.sections import Scenario
 
 
 def creep(scenario: Scenario, seconds: float = 60.0) -> list[Check]:
-    """Speed [µm/s] of a held box of 200 g over a minute."""
+    """Check the speed [µm/s] of a held box of 200 g over a minute."""
     rig = Rig(scenario, block((0.04, 0.04, 0.04), 0.2, 0.7))
     rig.grip(scenario.gripper.force)
     rig.run(0.5)

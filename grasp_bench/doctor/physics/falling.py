@@ -15,7 +15,7 @@ MASS = 0.2
 
 
 def falling(scenario: Scenario) -> list[Check]:
-    """Free fall [m], momentum before landing [N s], impulse of the landing [N s], spin in flight."""
+    """Check free fall [m], momentum before landing and impulse of the landing [N s], and spin in flight."""
     rig = Rig(scenario, block((0.06, 0.04, 0.03), MASS, 0.7))
     beside = np.array([scenario.table.center[0], 0.3, HEIGHT])
     rig.reset()
@@ -60,7 +60,7 @@ def falling(scenario: Scenario) -> list[Check]:
 
 
 def spin(rig: Rig) -> Check:
-    """Angular momentum of a box tumbling in the air for half a second."""
+    """Check the angular momentum of a box tumbling in the air for half a second."""
     rig.reset()
     rig.model.opt.gravity[:] = 0
     rig.world.place_object(np.array([0.5, 0.3, 0.5]), np.array([1.0, 0, 0, 0]))

@@ -17,12 +17,12 @@ SLIDING = 0.6
 
 
 def tilted(angle: float) -> np.ndarray:
-    """Gravity (3,) [m/s²] of a table inclined by ``angle`` [rad] downwards along y."""
+    """Return gravity (3,) [m/s²] on a table inclined by ``angle`` [rad] downwards along y."""
     return G * np.array([0.0, math.sin(angle), -math.cos(angle)])
 
 
 def incline(scenario: Scenario) -> list[Check]:
-    """Tangent of the angle at which sliding begins, and the acceleration [m/s²] of sliding."""
+    """Check the tangent of the angle at which sliding begins, and the acceleration [m/s²] of sliding."""
     rig = Rig(scenario, block(SIZE, 0.3, 0.7))
     friction = scenario.table.friction
 

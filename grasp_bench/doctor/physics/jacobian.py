@@ -15,7 +15,7 @@ from grasp_bench.scenario.sections import Scenario
 
 
 def jacobian(scenario: Scenario) -> list[Check]:
-    """Greatest difference of accelerations, relative to the greatest acceleration, over a grip."""
+    """Check the greatest difference of accelerations over a grip, relative to the greatest acceleration."""
     rig = Rig(scenario, block((0.04, 0.04, 0.04), 0.2, 0.7))
     rig.grip(scenario.gripper.force)
     worst = 0.0
@@ -41,7 +41,7 @@ def jacobian(scenario: Scenario) -> list[Check]:
 
 
 def acceleration(rig: Rig, mode: mujoco.mjtJacobian) -> np.ndarray:
-    """(nv,) accelerations in the rig's present state, with a Jacobian of ``mode``."""
+    """Return (nv,) accelerations in the rig's present state, with a Jacobian of ``mode``."""
     data = mujoco.MjData(rig.model)
     before, rig.model.opt.jacobian = rig.model.opt.jacobian, mode
     try:

@@ -1,4 +1,4 @@
-"""How far the pads sink into what they hold, at the greatest force of the gripper."""
+"""Depth of the pads in what they hold, at the greatest force of the gripper."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MASSES = (0.011, 0.2, 2.0)
 
 
 def penetration(scenario: Scenario) -> list[Check]:
-    """Depth [mm] of the pads in blocks from light to heavy, held still."""
+    """Check the depth [mm] of the pads in blocks from light to heavy, held still."""
     force = PARALLEL_85.force[1]
     deepest, reached = 0.0, force
     for mass in MASSES:

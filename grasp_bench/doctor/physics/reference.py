@@ -8,15 +8,20 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pebble import ProcessPool
 
 from grasp_bench.doctor.physics.check import Check, below
+from grasp_bench.objects.catalog import Catalog
+from grasp_bench.predictors import load_predictor
 from grasp_bench.robot.ec66 import EC66
+from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scenario.sections import Scenario
+from grasp_bench.scene.world import World
 from grasp_bench.system.spawning import SpawnContext
+from grasp_bench.trials.trial import run_trial
+from grasp_bench.trials.workcell import Workcell
 
 Floats = NDArray[np.float64]
-
-PREDICTOR = "oracle"
 
 
 @dataclass(frozen=True)
@@ -24,18 +29,25 @@ class Watched:
     """One trial.
 
     Attributes:
-        record: as in ``trials.jsonl``.
+        object: name of what was tried.
+        outcome: how the trial ended.
         torque: (6,) greatest torque of each joint's motor, servo and gravity compensation [N m].
         velocity: (6,) greatest speed of each joint [rad/s].
     """
 
-    record: dict[str, Any]
+    object: str
+    outcome: Outcome
     torque: Floats
     velocity: Floats
 
+    @property
+    def success(self) -> bool:
+        """Whether the object was lifted, carried and held."""
+        return self.outcome is Outcome.SUCCESS
+
 
 def halved(scenario: Scenario) -> Scenario:
-    """The scenario with half the time step, and as many commands a second."""
+    """Return the scenario with half the time step, and as many commands a second."""
     physics = scenario.physics
     return scenario.model_copy(
         update={
@@ -50,33 +62,21 @@ _cell: dict[str, Any] = {}
 
 
 def _start(scenario: Scenario) -> None:
-    from grasp_bench.objects.catalog import Catalog
-    from grasp_bench.predictors import load_predictor
-    from grasp_bench.trials.workcell import Workcell
-
-    _cell.update(cell=Workcell(scenario), catalog=Catalog(), predictor=load_predictor(PREDICTOR))
+    _cell.update(cell=Workcell(scenario), catalog=Catalog(), predictor=load_predictor("oracle"))
 
 
 def _watch(trial: int, name: str, seed: int) -> Watched:
-    from grasp_bench.scene.world import World
-    from grasp_bench.trials.trial import run_trial
-
     torque, velocity = np.zeros(6), np.zeros(6)
 
     def observe(world: World) -> None:
         np.maximum(torque, np.abs(world.joint_torques), out=torque)
         np.maximum(velocity, np.abs(world.joint_velocities), out=velocity)
 
-    done = run_trial(
-        _cell["cell"],
-        _cell["catalog"].load(name),
-        _cell["predictor"],
-        trial=trial,
-        attempt=0,
-        seed=seed,
-        observer=observe,
-    )
-    return Watched(done.record.to_json(), torque, velocity)
+    model = _cell["catalog"].load(name)
+    record = run_trial(
+        _cell["cell"], model, _cell["predictor"], trial=trial, attempt=0, seed=seed, observer=observe
+    ).record
+    return Watched(name, record.outcome, torque, velocity)
 
 
 def watch(
@@ -86,19 +86,15 @@ def watch(
     workers: int = 2,
     progress: Callable[[], None] = lambda: None,
 ) -> list[Watched]:
-    """The oracle's trial of each object, watched at every command.
+    """Do the oracle's trial of each object, watched at every command.
 
     Args:
-        scenario: of the trials.
+        scenario: scenario of the trials.
         objects: names; all when None.
-        seed: of the run.
-        workers: processes.
+        seed: seed of the run.
+        workers: number of processes.
         progress: called after each trial.
     """
-    from pebble import ProcessPool
-
-    from grasp_bench.objects.catalog import Catalog
-
     every = Catalog().names
     with ProcessPool(workers, initializer=_start, initargs=(scenario,), context=SpawnContext()) as pool:
         futures = [pool.submit(_watch, None, every.index(name), name, seed) for name in objects or every]
@@ -110,7 +106,7 @@ def watch(
 
 
 def loads(watched: list[Watched]) -> list[Check]:
-    """Joint torques and velocities against the EC66's limits, as shares of them [%]."""
+    """Check joint torques and velocities against the EC66's limits, as shares of them [%]."""
     torque = np.max([w.torque for w in watched], axis=0) / EC66.torque_limits
     velocity = np.max([w.velocity for w in watched], axis=0) / EC66.velocity_limits
     source = "limits of the maker's URDF"
@@ -133,12 +129,8 @@ def loads(watched: list[Watched]) -> list[Check]:
 
 
 def time_step(whole: list[Watched], half: list[Watched]) -> Check:
-    """Share of trials [%] whose success half the time step changes; the same trials in both."""
-    changed = [
-        a.record["object"]
-        for a, b in zip(whole, half, strict=True)
-        if a.record["success"] != b.record["success"]
-    ]
+    """Check the share of trials [%] whose success half the time step changes; the same trials in both."""
+    changed = [a.object for a, b in zip(whole, half, strict=True) if a.success != b.success]
     names = f": {', '.join(changed)}" if changed else ""
     return below(
         f"trials whose success half the time step changes ({len(changed)}/{len(whole)})",

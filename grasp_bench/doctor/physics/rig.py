@@ -20,13 +20,13 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Body:
-    """A convex solid for the scene builder, with its centre of mass where one likes.
+    """A convex solid for the scene builder, with any centre of mass.
 
     Attributes:
         points: (V, 3) vertices relative to the centre of mass [m].
-        mass: kilograms.
+        mass: mass [kg].
         inertia: (3, 3) about the centre of mass [kg m²].
-        friction: against the pads.
+        friction: coefficient of friction against the pads.
     """
 
     points: Floats
@@ -36,7 +36,7 @@ class Body:
 
     @property
     def visual(self) -> list[VisualPart]:
-        """Nothing to be seen."""
+        """No visible parts."""
         return []
 
     @property
@@ -51,7 +51,7 @@ def block(
     friction: float,
     centre: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> Body:
-    """Uniform box of ``size`` [m] whose middle lies at ``centre`` from the centre of mass."""
+    """Return a uniform box of ``size`` [m] whose middle lies at ``centre`` from the centre of mass."""
     corners = np.array(list(itertools.product(*((-s / 2, s / 2) for s in size)))) + centre
     a, b, c = np.square(size)
     return Body(corners, mass, mass / 12 * np.diag([b + c, a + c, a + b]), friction)
@@ -61,8 +61,8 @@ class Rig:
     """A body in the scene of a trial, the arm at its home posture.
 
     Args:
-        scenario: of the trial.
-        body: instead of an object.
+        scenario: scenario of the trial.
+        body: the body that takes the place of an object.
     """
 
     def __init__(self, scenario: Scenario, body: Body) -> None:
@@ -70,9 +70,8 @@ class Rig:
         self.world = World(compile_mjcf(compose(scenario, body)), scenario)
         self.model, self.data = self.world.model, self.world.data
         self._gravity = self.model.opt.gravity.copy()
-        self._jaw = self.model.actuator(
-            self.world.robot.gripper_prefix + self.world.robot.gripper.actuator
-        ).id
+        robot = self.world.robot
+        self._jaw = self.model.actuator(robot.gripper_prefix + robot.gripper.actuator).id
 
     @property
     def dt(self) -> float:
@@ -80,14 +79,14 @@ class Rig:
         return float(self.model.opt.timestep)
 
     def reset(self, opening: float | None = None) -> None:
-        """Back to the home posture, at rest, under full gravity, jaws ``opening`` apart [m], or wide open."""
+        """Go back home, at rest, under full gravity, with jaws ``opening`` apart [m], or wide open."""
         mujoco.mj_resetData(self.model, self.data)
         self.model.opt.gravity[:] = self._gravity
         self.world.go_home(opening)
         mujoco.mj_forward(self.model, self.data)
 
     def run(self, seconds: float) -> None:
-        """Step on."""
+        """Step on for ``seconds`` of simulated time."""
         self.world.step(round(seconds / self.dt))
 
     def load(self, gravity: Floats, seconds: float = 0.3) -> None:
@@ -102,9 +101,9 @@ class Rig:
         """Hold the body, weightless first, by ``force`` [N] per pad; then load it with its weight.
 
         Args:
-            force: of each pad, as the scenario key ``gripper.force`` sets it.
-            at: where the pads' centre meets the body, in the body's y and z, which are the gripper's
-                y and its direction of approach reversed [m].
+            force: force of each pad, as the scenario key ``gripper.force`` sets it.
+            at: where the pads' centre meets the body [m], in the body's y and z, which are the gripper's y
+                and the reverse of its direction of approach.
         """
         thickness = float(np.ptp(self.body.points[:, 0]))
         self.reset(thickness + 0.002)
@@ -127,13 +126,13 @@ class Rig:
         self.load(self._gravity)
 
     def relative(self) -> tuple[Floats, Floats]:
-        """Position (3,) [m] and rotation (3, 3) of the body in the gripper's frame."""
+        """Return position (3,) [m] and rotation (3, 3) of the body in the gripper's frame."""
         position, rotation = self.world.object_pose
         tcp = self.world.tcp
         return tcp.rotation.T @ (position - tcp.position), tcp.rotation.T @ rotation
 
     def moved(self, seconds: float) -> tuple[float, float]:
-        """How far [m] and through which angle [rad] the body slides in the gripper in ``seconds``."""
+        """Return how far [m] and through which angle [rad] the body slides in the gripper in ``seconds``."""
         before, turned = self.relative()
         self.run(seconds)
         after, now = self.relative()
@@ -142,7 +141,7 @@ class Rig:
 
 
 def threshold(fails: Callable[[float], bool], low: float, high: float, steps: int = 10) -> float:
-    """Where ``fails`` changes from true (at ``low``) to false (at ``high``), by bisection.
+    """Find where ``fails`` changes from true (at ``low``) to false (at ``high``), by bisection.
 
     Raises:
         ValueError: when it does not change between them.

@@ -12,7 +12,7 @@ CASES = ((0.3, 1.5), (0.7, 4.0), (1.0, 5.0))
 
 
 def slip(scenario: Scenario) -> list[Check]:
-    """Least force per pad [N] that holds blocks of different weight and friction."""
+    """Check the least force per pad [N] that holds blocks of different weight and friction."""
     checks = []
     for friction, mass in CASES:
         rig = Rig(scenario, block((0.04, 0.04, 0.04), mass, friction))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -21,16 +21,8 @@ from grasp_bench.scenario.sections import Scenario
 if TYPE_CHECKING:
     from rich.table import Table
 
-QUICK: tuple[Callable[[Scenario], list[Check]], ...] = (
-    slip,
-    incline,
-    torsion,
-    creep,
-    falling,
-    jacobian,
-    penetration,
-    tracking,
-)
+Test = Callable[[Scenario], list[Check]]
+QUICK: tuple[Test, ...] = (slip, incline, torsion, creep, falling, jacobian, penetration, tracking)
 """Checks that take seconds each."""
 
 
@@ -42,41 +34,30 @@ class Trials:
     half: list[Watched]
 
 
-def quick(scenario: Scenario) -> Iterator[Check]:
-    """The self-tests that take seconds each, one result after the other."""
-    for test in QUICK:
-        yield from test(scenario)
-
-
 def trials(
     scenario: Scenario,
     workers: int,
     objects: list[str] | None = None,
     progress: Callable[[], None] = lambda: None,
 ) -> Trials:
-    """The reference trials, twice; ``progress`` is called after each."""
+    """Do the reference trials twice; ``progress`` is called after each."""
     return Trials(
         *(watch(s, objects, workers=workers, progress=progress) for s in (scenario, halved(scenario)))
     )
 
 
 def judged(done: Trials) -> list[Check]:
-    """The checks of the reference trials."""
+    """Return the checks of the reference trials."""
     return [*loads(done.whole), time_step(done.whole, done.half)]
 
 
 def table(checks: list[Check]) -> Table:
-    """For the terminal."""
+    """Return the checks as a table for the terminal."""
     from rich.table import Table
     from rich.text import Text
 
-    shown = Table(
-        title="Physics against closed forms",
-        title_justify="left",
-        title_style="bold",
-        box=None,
-        padding=(0, 1),
-    )
+    title = "Physics against closed forms"
+    shown = Table(title=title, title_justify="left", title_style="bold", box=None, padding=(0, 1))
     for name in ("", "Check"):
         shown.add_column(name)
     for name in ("Expected", "Measured", "Error", "Allowed"):
@@ -88,7 +69,7 @@ def table(checks: list[Check]) -> Table:
 
 
 def cells(check: Check) -> tuple[str, str, str, str]:
-    """Expected, measured, error and tolerance as they are read."""
+    """Return expected, measured, error and tolerance as they are read."""
     unit = f" {check.unit}" if check.unit else ""
     if check.relative:
         return (
@@ -101,7 +82,7 @@ def cells(check: Check) -> tuple[str, str, str, str]:
 
 
 def markdown(checks: list[Check]) -> str:
-    """For the documentation."""
+    """Return the checks as a table for the documentation."""
     lines = [
         "| check | closed form or limit | expected | measured | error | allowed | |",
         "|---|---|--:|--:|--:|--:|---|",

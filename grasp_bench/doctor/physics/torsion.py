@@ -27,12 +27,12 @@ TURNED = np.radians(1.0)
 
 
 def torsion(scenario: Scenario) -> list[Check]:
-    """Least force per pad [N] that holds a pointed body and a plate off-centre."""
+    """Check the least force per pad [N] that holds a pointed body and a plate off-centre."""
     return [pointed(scenario), plate(scenario)]
 
 
 def least_force(rig: Rig, expected: float, off_centre: float) -> float:
-    """Least force per pad at which the body does not turn [N]."""
+    """Find the least force per pad [N] at which the body does not turn."""
 
     def turns(force: float) -> bool:
         rig.grip(force, (-off_centre, 0.0))
@@ -42,7 +42,7 @@ def least_force(rig: Rig, expected: float, off_centre: float) -> float:
 
 
 def pointed(scenario: Scenario, mass: float = 2.0, friction: float = 0.7, off_centre: float = 0.01) -> Check:
-    """A body that each pad touches in one point, ``off_centre`` metres beside its centre of mass."""
+    """Check a body that each pad touches in one point, ``off_centre`` [m] beside its centre of mass."""
     points = np.array([[0.02, 0, 0], [-0.02, 0, 0], [0, 0.01, 0], [0, -0.01, 0], [0, 0, 0.01], [0, 0, -0.01]])
     body = Body(points - [0, off_centre, 0], mass, mass * 1e-4 * np.eye(3), friction)
     twist = scenario.gripper.torsional_friction
@@ -60,7 +60,7 @@ def pointed(scenario: Scenario, mass: float = 2.0, friction: float = 0.7, off_ce
 
 
 def plate(scenario: Scenario, mass: float = 1.0, friction: float = 0.7, off_centre: float = 0.06) -> Check:
-    """A plate of 6 mm held flat between the pads, ``off_centre`` metres beside its centre of mass."""
+    """Check a plate of 6 mm held flat between the pads, ``off_centre`` [m] beside its centre of mass."""
     body = block((0.006, 0.16, 0.06), mass, friction)
     mu = friction * scenario.gripper.friction_scale
     expected = mass * G / collapse(mu, scenario.gripper.torsional_friction, off_centre)
@@ -76,7 +76,7 @@ def plate(scenario: Scenario, mass: float = 1.0, friction: float = 0.7, off_cent
 
 
 def collapse(friction: float, twist: float, off_centre: float) -> float:
-    """Weight at ``off_centre`` metres that makes a plate turn, per newton of grip force on each pad.
+    """Return the weight at ``off_centre`` [m] that makes a plate turn, per newton of grip force on each pad.
 
     Each pad presses with a quarter at each of its corners; by symmetry the centre of rotation lies on
     the horizontal through the pads' centre.

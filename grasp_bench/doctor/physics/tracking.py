@@ -1,4 +1,4 @@
-"""How far the TCP is from where it is told to be, moving and loaded.
+"""The error of the TCP against its plan, moving and loaded.
 
 The controller knows the weight of arm and gripper, not that of what it holds: a payload m pulls the TCP
 down by J K⁻¹ Jᵀ m g, with J the Jacobian of the TCP and K the position gains of the servos. What is left
@@ -16,12 +16,16 @@ from numpy.typing import NDArray
 
 from grasp_bench.doctor.physics.check import Check, below, equals
 from grasp_bench.doctor.physics.rig import block
+from grasp_bench.objects.catalog import Catalog
 from grasp_bench.planning.depth import SIDE_CLEARANCE
 from grasp_bench.planning.planner import Plan
+from grasp_bench.predictors import load_predictor
 from grasp_bench.robot.robot import EC66_PARALLEL_85, Robot
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import compile_mjcf, compose
 from grasp_bench.scene.world import World
+from grasp_bench.trials.trial import run_trial
+from grasp_bench.trials.workcell import Workcell
 
 Floats = NDArray[np.float64]
 
@@ -38,7 +42,7 @@ class Tracking:
 
     Attributes:
         load: payload [kg].
-        error: (T, 3) of the TCP at every sample [m], world frame.
+        error: (T, 3) error of the TCP at every sample [m], world frame.
         droop: (T, 3) the closed form of the payload's static share [m].
         joints: (T, 6) deviation of the joints from the motion [rad].
     """
@@ -50,12 +54,7 @@ class Tracking:
 
 
 def reference_plan(scenario: Scenario) -> Plan:
-    """The motion of a trial of the oracle."""
-    from grasp_bench.objects.catalog import Catalog
-    from grasp_bench.predictors import load_predictor
-    from grasp_bench.trials.trial import run_trial
-    from grasp_bench.trials.workcell import Workcell
-
+    """Return the motion of a trial of the oracle."""
     trial = run_trial(
         Workcell(scenario), Catalog().load(OBJECT), load_predictor("oracle"), trial=0, attempt=0, seed=0
     )
@@ -106,7 +105,7 @@ def track(scenario: Scenario, plan: Plan, load: float, robot: Robot = EC66_PARAL
 
 
 def tracking(scenario: Scenario) -> list[Check]:
-    """Errors of the TCP over a trial's motion, without and with payloads [mm]."""
+    """Check errors of the TCP over a trial's motion, without and with payloads [mm]."""
     plan = reference_plan(scenario)
     down = len(plan.reach.positions)
     grasp = down + len(plan.approach.positions)

@@ -1,6 +1,6 @@
 """The report's charts as Plotly figures, without colours: the page sets those of its theme.
 
-A trace's ``meta`` says whose colour it has: ``{"run": 2}`` or ``{"outcome": "missed"}``.
+A trace's ``meta`` says which colour it gets: ``{"run": 2}`` or ``{"outcome": "missed"}``.
 """
 
 from __future__ import annotations
@@ -18,12 +18,8 @@ from grasp_bench.scenario.outcomes import Outcome
 OUTCOMES = [str(o) for o in Outcome]
 
 
-def as_dict(figure: go.Figure) -> dict[str, Any]:
-    """Plain data that the page's script hands to Plotly."""
-    return figure.to_plotly_json()
-
-
 def _figure(traces: list[Any], height: int, **layout: Any) -> dict[str, Any]:
+    """Return plain data that the page's script hands to Plotly."""
     figure = go.Figure(traces)
     legend = {"orientation": "h", "yanchor": "bottom", "y": 1.0, "x": 0, "traceorder": "normal"}
     figure.update_layout(
@@ -31,18 +27,18 @@ def _figure(traces: list[Any], height: int, **layout: Any) -> dict[str, Any]:
     )
     figure.update_xaxes(automargin=True)
     figure.update_yaxes(automargin=True)
-    data = as_dict(figure)
+    data = figure.to_plotly_json()
     data["layout"].pop("template", None)
     return data
 
 
 def _labels(names: list[str]) -> list[str]:
-    """Names as Plotly shall show them: it reads a few HTML tags, which names must not use."""
+    """Return names without HTML tags, of which Plotly would read some."""
     return [n.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;") for n in names]
 
 
 def _rates(rows: Sequence[Rate | None]) -> dict[str, Any]:
-    """Percentages with their Wilson intervals as error bars, and k/n for the hover text."""
+    """Return percentages with their Wilson intervals as error bars, and k/n for the hover text."""
 
     def part(get: Any) -> list[float | None]:
         return [None if r is None else round(100 * get(r), 3) for r in rows]
@@ -62,11 +58,10 @@ def _rates(rows: Sequence[Rate | None]) -> dict[str, Any]:
 
 
 def outcomes(runs: Sequence[Summary]) -> dict[str, Any]:
-    """How the trials of each run ended, in per cent."""
+    """Draw how the trials of each run ended, in per cent."""
     names = _labels([r.run for r in runs])
-    used = [o for o in OUTCOMES if any(o in r.outcomes for r in runs)]
     traces = []
-    for outcome in used:
+    for outcome in [o for o in OUTCOMES if any(o in r.outcomes for r in runs)]:
         counts = [r.outcomes.get(outcome, 0) for r in runs]
         traces.append(
             go.Bar(
@@ -90,7 +85,7 @@ def outcomes(runs: Sequence[Summary]) -> dict[str, Any]:
 
 
 def success_by(kind: Breakdown, names: list[str]) -> dict[str, Any]:
-    """Success rate of each run by one property of the trials."""
+    """Draw the success rate of each run by one property of the trials."""
     shown = _labels(kind.labels)
     traces = []
     for i, (row, name) in enumerate(zip(kind.runs, _labels(names), strict=True)):
@@ -117,7 +112,7 @@ def success_by(kind: Breakdown, names: list[str]) -> dict[str, Any]:
 
 
 def calibration(rows: Sequence[Calibration], names: list[str]) -> dict[str, Any]:
-    """Predicted quality against success, with the line on which predictions would be probabilities."""
+    """Draw predicted quality against success, with the line on which predictions would be probabilities."""
     traces: list[Any] = [
         go.Scatter(
             name="calibrated",
@@ -151,7 +146,7 @@ def calibration(rows: Sequence[Calibration], names: list[str]) -> dict[str, Any]
 
 
 def seconds(rows: Sequence[Latency], names: list[str]) -> dict[str, Any]:
-    """Mean wall time of each phase, stacked for each run."""
+    """Draw the mean wall time of each phase, stacked for each run."""
     phases = list(dict.fromkeys(p for row in rows for p in row.phases))
     shown = _labels(names)
     traces = [

@@ -1,4 +1,4 @@
-"""Puts the page together: figures and rows in, one self-contained HTML file out."""
+"""The page: figures and rows in, one self-contained HTML file out."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ import base64
 import gzip
 import hashlib
 from dataclasses import dataclass
+from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
+from plotly.offline import get_plotlyjs
 
-from grasp_bench import __version__
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.objects.catalog import Catalog
 from grasp_bench.report import breakdown
@@ -26,9 +27,7 @@ from grasp_bench.runs.results import RunResults
 PACKAGE = "grasp_bench.report.html"
 MEGABYTE = 1_000_000
 SIZE_LIMIT = 15 * MEGABYTE
-"""Size of the file that pictures are left out for [bytes]."""
-
-
+"""Largest size of the file [bytes]; pictures that would exceed it are left out."""
 PER_TRY = 128
 """Bytes around the pictures of a trial, or of an attempt of an episode, in the page."""
 
@@ -38,11 +37,9 @@ class Written:
     """What :func:`write_html` did.
 
     Attributes:
-        path: of the file.
-        size: in bytes.
-        trials: in the page.
-        pictures: sheets and clips in the page.
-        left_out: sheets and clips that would have made it too large.
+        path, size: the file, and its size [bytes].
+        trials, pictures: number of trials, and of sheets and clips, in the page.
+        left_out: number of sheets and clips that would have made it too large.
     """
 
     path: Path
@@ -62,11 +59,11 @@ def write_html(
     """Write the report of all runs as one file without outside references.
 
     Args:
-        folders: of the runs; those without a trial are left out.
+        folders: the runs' folders; those without a trial are left out.
         out: file to write.
-        root: runs are named by their paths below it.
+        root: folder below which paths name the runs.
         objects: folder of the objects' catalogue; the shipped ones by default.
-        limit: size of the file in bytes that pictures must not exceed; failures come first.
+        limit: largest size of the file with pictures [bytes]; failures come first.
 
     Raises:
         GraspBenchError: when no run holds a trial, or the file cannot be written.
@@ -86,7 +83,7 @@ def write_html(
 def render(
     runs: list[RunResults], root: Path | None, catalog: Catalog, limit: int
 ) -> tuple[str, Embedded, int]:
-    """The page, the pictures in it, and the number of its trials."""
+    """Return the page, the pictures in it, and the number of its trials."""
     report = Report.of(runs, root)
     names = [r.run for r in report.runs]
     facts = [breakdown.object_facts(run, catalog) for run in runs]
@@ -100,7 +97,7 @@ def render(
         "calibration": figures.calibration(quality, names),
         "seconds": figures.seconds(times, names),
     }
-    script, plotly = Markup(_asset("report.js")), _plotly()
+    script, plotly = Markup(_asset("report.js")), get_plotlyjs()
     data = {
         "runs": [
             {
@@ -129,7 +126,7 @@ def render(
         "charts": charts,
         "data": data,
         "count": len(rows),
-        "version": __version__,
+        "version": version("grasp-bench"),
         "style": Markup(_asset("report.css")),
         "script": script,
         "plotly": _packed(plotly),
@@ -160,25 +157,18 @@ def _asset(name: str) -> str:
     return files(PACKAGE).joinpath("static", name).read_text(encoding="utf-8")
 
 
-def _plotly() -> str:
-    """The script of the installed Plotly."""
-    from plotly.offline import get_plotlyjs
-
-    return get_plotlyjs()
-
-
 def _packed(text: str) -> str:
-    """Text as base64 of gzip, always the same: a quarter of Plotly's size, and parsed when needed only."""
+    """Return text as base64 of gzip, always the same: a quarter of Plotly's size, parsed when needed."""
     return base64.b64encode(gzip.compress(text.encode(), 9, mtime=0)).decode()
 
 
 def _hash(script: str) -> str:
-    """A script's source expression in a content security policy."""
+    """Return a script's source expression in a content security policy."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
 
 
 def describe(written: Written) -> str:
-    """One line for the terminal."""
+    """Return one line for the terminal."""
     left = f"; {written.left_out} more did not fit (--max-mb raises the limit)" if written.left_out else ""
     return (
         f"{written.path}: {written.trials} trials, {written.pictures} pictures and clips{left}, "

@@ -16,7 +16,7 @@ from grasp_bench.runs.results import RunResults
 
 
 def rows_of(index: int, run: RunResults, facts: dict[str, ObjectFacts]) -> list[dict[str, Any]]:
-    """One dictionary a trial of the run at position ``index``, without what a trial has not.
+    """Return one dictionary a trial of the run at position ``index``, without keys for what is unknown.
 
     Lengths are in millimetres, angles in degrees: what people read. An episode of clutter has
     such a dictionary for each of its ``attempts``.
@@ -43,7 +43,7 @@ def rows_of(index: int, run: RunResults, facts: dict[str, ObjectFacts]) -> list[
 
 
 def _numbers(record: Attempted, facts: dict[str, ObjectFacts]) -> dict[str, Any]:
-    """What is shown of one try; None for what it did not come to."""
+    """Return what is shown of one try; None for what it did not come to."""
     known = facts.get(record.object)
     row: dict[str, Any] = {
         "object": record.object,
@@ -78,12 +78,12 @@ def _numbers(record: Attempted, facts: dict[str, ObjectFacts]) -> dict[str, Any]
 
 
 def _known(row: dict[str, Any]) -> dict[str, Any]:
-    """A row without what is None."""
+    """Return a row without what is None."""
     return {k: v for k, v in row.items() if v is not None}
 
 
 def tries_of(row: dict[str, Any]) -> list[tuple[int | None, dict[str, Any]]]:
-    """The tries that a trial's row tells of, with their numbers: itself (None), or an episode's attempts."""
+    """Return the tries of a trial's row with their numbers: itself (None), or an episode's attempts."""
     return list(enumerate(row["attempts"])) if "attempts" in row else [(None, row)]
 
 
@@ -92,10 +92,9 @@ class Embedded:
     """Pictures to put into the page.
 
     Attributes:
-        media: by a try's name in the page (``0-17`` is trial 17 of the first run, ``0-17-2`` its third
-            attempt): base64 of ``sheet`` and ``clip``.
-        found: number of pictures and clips there are.
-        left_out: how many of them did not fit.
+        media: base64 of ``sheet`` and ``clip``, by a try's name in the page (``0-17`` is trial 17 of the
+            first run, ``0-17-2`` its third attempt).
+        found, left_out: number of all pictures and clips, and of those that did not fit.
     """
 
     media: dict[str, dict[str, str]]

@@ -60,7 +60,7 @@ def noise_label(run: RunResults) -> str:
     """Return what a run's depth noise is called: scenario and the noise near the camera [mm]."""
     sigma = (run.info.scenario.get("sensor") or {}).get("axial_sigma")
     level = "noise unknown" if sigma is None else f"σ {1000 * sigma:g} mm"
-    return f"{run.info.scenario_name}: {level}"
+    return f"{run.info.scenario_label}: {level}"
 
 
 @dataclass(frozen=True)

@@ -65,7 +65,7 @@ class Run(RunResults):
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows."""
-        head = f"<b>{html.escape(self.predictor)}</b> on {html.escape(self.info.scenario_name)}"
+        head = f"<b>{html.escape(self.predictor)}</b> on {html.escape(self.info.scenario_label)}"
         if not len(self):
             return f"<p>{head}: no trial yet</p>"
         rows = "".join(

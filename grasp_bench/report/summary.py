@@ -72,6 +72,7 @@ class Summary:
             "run": self.run,
             "predictor": self.info.predictor,
             "scenario": self.info.scenario_name,
+            "definition": self.info.definition,
             "seed": self.info.seed,
             "renderer": self.info.renderer,
             "weights": self.info.weights,

@@ -93,7 +93,10 @@ class Report:
     def tables(self) -> list[TextTable]:
         """Return Table 4, and how the trials of each run ended."""
         rows = self.rows
-        sources = ["paper, real robot" if row.run is None else row.run for row in rows]
+        earlier = {r.run: f", definition {r.info.definition}" for r in self.runs if r.info.outdated}
+        sources = [
+            "paper, real robot" if row.run is None else row.run + earlier.get(row.run, "") for row in rows
+        ]
         return [table_4(rows, {"Source": sources}), *map(_endings, self.runs)]
 
 
@@ -150,7 +153,7 @@ def _endings(run: Summary) -> TextTable:
         )
     worst = ", ".join(f"{name} {o.successes}/{o.trials}" for name, o in worst_objects(run.by_object))
     return TextTable(
-        f"{run.run}: {info.predictor} on {info.scenario_name}, seed {info.seed}, {info.renderer}{partial}",
+        f"{run.run}: {info.predictor} on {info.scenario_label}, seed {info.seed}, {info.renderer}{partial}",
         ("Outcome", "Trials", "Share"),
         [[outcome, str(count), f"{count / trials:.1%}"] for outcome, count in run.outcomes.items()],
         lead=lead,

@@ -11,7 +11,7 @@ from grasp_bench.errors import ScenarioError
 from grasp_bench.runs.differences import differences
 from grasp_bench.runs.schema import Count, Stored, Text
 from grasp_bench.scenario.reading import parse_scenario
-from grasp_bench.scenario.sections import Scenario
+from grasp_bench.scenario.sections import VERSION, Scenario
 
 RUN = "run.json"
 
@@ -93,6 +93,16 @@ class RunInfo(Stored):
         """Version of the definition of its trials."""
         version = self.scenario.get("version", 1)
         return version if isinstance(version, int) else 1
+
+    @property
+    def scenario_label(self) -> str:
+        """The scenario's name, and the version of the definition where it is not today's."""
+        return f"{self.scenario_name} (definition {self.definition})" if self.outdated else self.scenario_name
+
+    @property
+    def outdated(self) -> bool:
+        """Its trials are of an earlier version of the definition than those of today."""
+        return self.definition < VERSION
 
     @property
     def cluttered(self) -> bool:

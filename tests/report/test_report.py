@@ -21,7 +21,7 @@ from grasp_bench.runs.statistics import Rate, wilson
 
 RUN: dict[str, Any] = {
     "predictor": "oracle",
-    "scenario": {"name": "table4"},
+    "scenario": {"name": "table4", "version": 2},
     "seed": 4,
     "trials": 5,
     "objects": {},

@@ -103,7 +103,7 @@ def render(
             {
                 "name": n,
                 "predictor": r.predictor,
-                "scenario": r.info.scenario_name,
+                "scenario": r.info.scenario_label,
                 "path": n if r.folder.is_absolute() else r.folder.as_posix(),
             }
             for n, r in zip(names, runs, strict=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from grasp_bench.errors import GraspBenchError
-from grasp_bench.predictors.shipped import SHIPPED
 
 
 def _starting(incomplete: str, names: Iterable[str]) -> list[str]:
@@ -14,6 +13,8 @@ def _starting(incomplete: str, names: Iterable[str]) -> list[str]:
 
 def predictors(incomplete: str) -> list[str]:
     """Return the shipped predictors that begin with ``incomplete``."""
+    from grasp_bench.predictors.shipped import SHIPPED
+
     return _starting(incomplete, SHIPPED)
 
 

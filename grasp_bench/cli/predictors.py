@@ -8,9 +8,6 @@ from typing import Annotated, Any
 
 import typer
 
-from grasp_bench.predictors.names import installed
-from grasp_bench.predictors.shipped import SHIPPED
-from grasp_bench.predictors.use import in_use
 from grasp_bench.system.graphics import without_gl
 
 predictors_app = typer.Typer(help="List predictors, and check whether one keeps to the protocol.")
@@ -30,6 +27,9 @@ def list_predictors(context: typer.Context, as_json: AsJson = False) -> None:
     """List the shipped predictors and controls, and those of installed packages."""
     if context.invoked_subcommand is not None:
         return
+    from grasp_bench.predictors.names import installed
+    from grasp_bench.predictors.shipped import SHIPPED
+
     rows: list[dict[str, Any]] = []
 
     def add(name: str, kind: str, summary: str) -> None:
@@ -73,6 +73,7 @@ def check_predictor(name: Name, as_json: AsJson = False) -> None:
     """
     without_gl()
     from grasp_bench.doctor.conformance import check, samples
+    from grasp_bench.predictors.use import in_use
 
     with in_use(name) as predictor:
         rows = check(predictor, samples())

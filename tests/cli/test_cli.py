@@ -59,7 +59,7 @@ def test_help_imports_no_heavy_library() -> None:
         "from grasp_bench.cli import main\n"
         "try: main()\n"
         "except SystemExit as end: assert not end.code, end.code\n"
-        "heavy = {'torch', 'mujoco', 'dm_control', 'mink', 'scipy', 'cv2', 'trimesh', 'pandas'}\n"
+        "heavy = {'torch', 'mujoco', 'dm_control', 'mink', 'scipy', 'cv2', 'trimesh', 'pandas', 'numpy'}\n"
         "print('HEAVY', sorted(heavy & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], text=True, capture_output=True, timeout=60)

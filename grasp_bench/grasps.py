@@ -123,18 +123,18 @@ class GraspMaps:
     def smoothed(self, sigma: float = 2.0) -> GraspMaps:
         """Gaussian-filtered maps. The angle is filtered as sine and cosine: filtering it
         directly, as GG-CNN's code does, smears across the ±π/2 seam."""
-        from scipy.ndimage import gaussian_filter
+        import cv2
+
+        def filtered(values: Maps, deviation: float) -> Maps:
+            size = 2 * round(4 * deviation) + 1
+            smooth = cv2.GaussianBlur(values, (size, size), deviation, borderType=cv2.BORDER_REFLECT)
+            return np.asarray(smooth, np.float32)
 
         return GraspMaps(
-            *(
-                gaussian_filter(m, s).astype(np.float32)
-                for m, s in (
-                    (self.quality, sigma),
-                    (self.sin2, sigma),
-                    (self.cos2, sigma),
-                    (self.width, sigma / 2),
-                )
-            )
+            filtered(self.quality, sigma),
+            filtered(self.sin2, sigma),
+            filtered(self.cos2, sigma),
+            filtered(self.width, sigma / 2),
         )
 
     def peaks(self, count: int = 8, min_distance: int = 8, threshold: float = 0.05) -> list[Grasp]:

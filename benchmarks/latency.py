@@ -1,4 +1,4 @@
-"""Latency of every network on a CPU, batch 1, in one run.
+"""Latency of every network on a CPU and on a GPU, in one run.
 
     python benchmarks/latency.py [--repeats 20] [--threads 1 --threads 2] [--engine openvino]
 
@@ -6,9 +6,14 @@ All cases (network, precision, engine, threads) take turns, so that load from el
 them alike; medians are printed, and how many times faster than GR-ConvNet and than TF-Grasp each network
 is in the same mode, beside what the HTC-Grasp paper's Table 1 says of its own, on other hardware.
 
-``fp32`` is eager PyTorch with each network as it is built (HTC-Grasp builds itself with channels last,
-the others do not), ``fp32 cl`` gives channels last to all, ``bf16 cl`` is autocast to bfloat16 besides.
+On the CPU, batch 1: ``fp32`` is eager PyTorch with each network as it is built (HTC-Grasp builds itself with
+channels last, the others do not), ``fp32 cl`` gives channels last to all, ``bf16 cl`` is autocast to bfloat16
+besides, and ``folded cl`` is float32 as trials use it, without batch norms.
 Engines are optional: ``pip install 'grasp-bench[engines]'``.
+
+On the GPU, batches of 1 and 32, as trials use them: ``fp32`` (with PyTorch's defaults, which let convolutions
+round to TF32) and ``bf16``, called from Python, and replayed as a CUDA graph. A batch's time is
+that of all its images, until the GPU has finished.
 """
 
 from __future__ import annotations
@@ -28,6 +33,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from grasp_bench.errors import GraspBenchError
+from grasp_bench.networks.folding import folded
 from grasp_bench.networks.registry import NETWORKS, build, info, parameter_count, standing_for
 from grasp_bench.report.paper import TABLE_1
 
@@ -35,10 +41,12 @@ PRINTED = {n: row.milliseconds for row in TABLE_1 if row.milliseconds for n in s
 """Milliseconds in the HTC-Grasp paper's Table 1."""
 REFERENCES = {name: PRINTED[name] / PRINTED["htc-grasp"] for name in ("gr-convnet", "tf-grasp")}
 """Networks compared with, and how many times faster than each the paper's HTC-Grasp is (its Table 1)."""
-EAGER = ("fp32", "fp32 cl", "bf16 cl")
+EAGER = ("fp32", "fp32 cl", "folded cl", "bf16 cl")
+BATCHES = (1, 32)
+"""Images at a time on a GPU."""
 ENGINE_MODES = ("f32", "bf16")
 Case = tuple[int, str, str]
-"""Threads, mode, network."""
+"""Threads or images at a time, mode, network."""
 Run = Callable[[], object]
 
 
@@ -52,6 +60,8 @@ def eager(name: str, mode: str) -> Run:
     """One forward pass in PyTorch."""
     x = torch.randn(1, info(name).channels, info(name).crop, info(name).crop)
     network = build(name).eval()
+    if mode.startswith("folded"):
+        network = folded(network)
     if mode != "fp32":
         network.to(memory_format=torch.channels_last)  # pyright: ignore[reportCallIssue]
         x = x.to(memory_format=torch.channels_last)
@@ -62,6 +72,91 @@ def eager(name: str, mode: str) -> Run:
             return network(x)
 
     return run
+
+
+def modes_of(device: torch.device) -> list[str]:
+    """What can be measured on a device: graphs are CUDA's."""
+    return ["fp32", "bf16"] + ["fp32 graph", "bf16 graph"] * (device.type == "cuda")
+
+
+def on_device(name: str, mode: str, batch: int, device: torch.device) -> Run:
+    """One forward pass of ``batch`` images on any device; it has ended when the call returns."""
+    network = folded(build(name).eval()).to(device).to(memory_format=torch.channels_last)  # pyright: ignore[reportCallIssue]
+    x = torch.randn(batch, info(name).channels, info(name).crop, info(name).crop, device=device)
+    x = x.to(memory_format=torch.channels_last)
+    graphed = mode.endswith("graph")
+
+    @torch.inference_mode()
+    def run() -> object:
+        # A graph that used cached casts of the weights would outlive them.
+        low = mode.startswith("bf16")
+        with torch.autocast(device.type, torch.bfloat16, enabled=low, cache_enabled=not graphed):
+            return network(x)
+
+    once = _captured(run) if graphed else run
+
+    def finished() -> object:
+        output = once()
+        if device.type == "cuda":
+            torch.cuda.synchronize(device)
+        return output
+
+    return finished
+
+
+def _captured(run: Run) -> Run:
+    """The same work as a CUDA graph."""
+    aside = torch.cuda.Stream()
+    aside.wait_stream(torch.cuda.current_stream())
+    with torch.cuda.stream(aside):  # kernels are chosen before anything is captured
+        for _ in range(3):
+            run()
+    torch.cuda.current_stream().wait_stream(aside)
+    graph = torch.cuda.CUDAGraph()
+    with torch.cuda.graph(graph):
+        output = run()
+
+    def replay() -> object:
+        graph.replay()
+        return output
+
+    return replay
+
+
+def missing_cuda() -> str | None:
+    """What the GPU's part needs and does not find here; None where it can be measured."""
+    if torch.cuda.is_available():
+        return None
+    if torch.version.cuda is None:
+        return f"a PyTorch built for CUDA (this is {torch.__version__}; see pytorch.org) and an NVIDIA GPU"
+    return f"an NVIDIA GPU with a driver for CUDA {torch.version.cuda}; PyTorch sees none"
+
+
+def measure_on(
+    device: torch.device, names: list[str], repeats: int, batches: tuple[int, ...] = BATCHES
+) -> dict[Case, float]:
+    """Median milliseconds of each case on one device; networks and modes take turns."""
+    figures: dict[Case, float] = {}
+    for batch in batches:
+        cases = {(batch, m, n): on_device(n, m, batch, device) for n in names for m in modes_of(device)}
+        figures |= take_turns(cases, repeats)
+    return figures
+
+
+def take_turns(
+    cases: dict[Case, Run], repeats: int, before: Callable[[Case], None] = lambda case: None
+) -> dict[Case, float]:
+    """Median milliseconds of each case; ``before`` is called before every run."""
+    times: dict[Case, list[float]] = {case: [] for case in cases}
+    with Progress(console=Console(stderr=True), transient=True) as progress:
+        for turn in progress.track(range(repeats + 2), description="timing"):
+            for case, run in cases.items():
+                before(case)
+                began = time.perf_counter()
+                run()
+                if turn >= 2:  # the first turns allocate memory and choose kernels
+                    times[case].append(time.perf_counter() - began)
+    return {case: 1000 * median(values) for case, values in times.items()}
 
 
 def openvino(name: str, precision: str, threads: int) -> Run:
@@ -103,25 +198,22 @@ def measure(names: list[str], threads: list[int], repeats: int, engine: Engine |
                         (count, f"{engine.value} {p}", name): openvino(name, p, count) for p in ENGINE_MODES
                     }
             progress.advance(task)
-        task = progress.add_task("timing", total=repeats + 2)
-        times: dict[Case, list[float]] = {case: [] for case in cases}
-        for turn in range(repeats + 2):
-            for case, run in cases.items():
-                torch.set_num_threads(case[0])
-                began = time.perf_counter()
-                run()
-                if turn >= 2:  # the first turns allocate memory and choose kernels
-                    times[case].append(time.perf_counter() - began)
-            progress.advance(task)
-    return {case: 1000 * median(values) for case, values in times.items()}
+    return take_turns(cases, repeats, lambda case: torch.set_num_threads(case[0]))
 
 
-def table(figures: dict[Case, float], threads: int, repeats: int) -> Table:
-    """Milliseconds of each network in each mode, and how many times faster than the references it is."""
-    modes = list(dict.fromkeys(mode for count, mode, _ in figures if count == threads))
+def table(figures: dict[Case, float], group: int, what: str, repeats: int) -> Table:
+    """Milliseconds of each network in each mode, and how many times faster than the references it is.
+
+    Args:
+        figures: of all groups.
+        group: threads or images at a time.
+        what: the group in words.
+        repeats: behind each median.
+    """
+    modes = list(dict.fromkeys(mode for of, mode, _ in figures if of == group))
     names = list(dict.fromkeys(name for _, _, name in figures))
     shown = Table(
-        title=f"{threads} thread{'s' * (threads > 1)}: ms, then × {' and × '.join(REFERENCES)}; "
+        title=f"{what}: ms, then × {' and × '.join(REFERENCES)}; "
         f"median of {repeats}, torch {torch.__version__}"
     )
     shown.add_column("network")
@@ -131,8 +223,8 @@ def table(figures: dict[Case, float], threads: int, repeats: int) -> Table:
     for name in names:
         cells = [name, f"{parameter_count(build(name)):,}"]
         for mode in modes:
-            ms = figures[threads, mode, name]
-            ratios = [figures[threads, mode, r] / ms for r in REFERENCES if r in names]
+            ms = figures[group, mode, name]
+            ratios = [figures[group, mode, r] / ms for r in REFERENCES if r in names]
             cells.append(f"{ms:.1f}" + "".join(f" {ratio:5.1f}×" for ratio in ratios))
         shown.add_row(*cells)
     return shown
@@ -149,20 +241,27 @@ def main(
         typer.Option(help=f"Network, repeatable: {', '.join(NETWORKS)}.", show_default="all"),
     ] = None,
 ) -> None:
-    """Print a table of latencies for each number of threads."""
+    """Print a table of latencies for each number of threads, and for each batch on a GPU."""
     counts = threads or [1, 2]
     try:
         names = [name for name in predictor or NETWORKS if info(name)]
         figures = measure(names, counts, repeats, engine)
+        on_gpu = {} if missing_cuda() else measure_on(torch.device("cuda"), names, repeats)
     except GraspBenchError as error:
         Console(stderr=True).print(f"[red]{error}")
         raise typer.Exit(2) from None
     console = Console(width=170)
     for count in counts:
-        console.print(table(figures, count, repeats))
+        console.print(table(figures, count, f"CPU, {count} thread{'s' * (count > 1)}", repeats))
+    for batch in dict.fromkeys(case[0] for case in on_gpu):
+        what = f"{torch.cuda.get_device_name()}, {batch} image{'s' * (batch > 1)}"
+        console.print(table(on_gpu, batch, what, repeats))
+    if missing := missing_cuda():
+        console.print(f"Nothing of a GPU: that part needs {missing}.")
     paper = ", ".join(f"{ratio:.1f}× {name}" for name, ratio in REFERENCES.items())
+    printed = ", ".join(f"{PRINTED[name]:g} ms {name}" for name in ("htc-grasp", *REFERENCES))
     console.print(
-        f"HTC-Grasp in its paper: {paper} ({PRINTED['htc-grasp']:g} ms, Table 1; other hardware, other code)."
+        f"In HTC-Grasp's paper: {printed}; HTC-Grasp {paper} (Table 1; other hardware, other code)."
     )
 
 

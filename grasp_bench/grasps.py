@@ -124,13 +124,16 @@ class GraspMaps:
     def smoothed(self, sigma: float = 2.0) -> GraspMaps:
         """Return Gaussian-filtered maps. The angle is filtered as sine and cosine: filtering it directly, as
         GG-CNN's code does, smears across the ±π/2 seam."""
-        from scipy.ndimage import gaussian_filter
+        import cv2
+
+        def filtered(values: Maps, deviation: float) -> Maps:
+            size = 2 * round(4 * deviation) + 1
+            smooth = cv2.GaussianBlur(values, (size, size), deviation, borderType=cv2.BORDER_REFLECT)
+            return np.asarray(smooth, np.float32)
 
         maps = (self.quality, self.sin2, self.cos2, self.width)
         sigmas = (sigma, sigma, sigma, sigma / 2)
-        return GraspMaps(
-            *(gaussian_filter(m, s).astype(np.float32) for m, s in zip(maps, sigmas, strict=True))
-        )
+        return GraspMaps(*(filtered(m, s) for m, s in zip(maps, sigmas, strict=True)))
 
     def peaks(self, count: int = 8, min_distance: int = 8, threshold: float = 0.05) -> list[Grasp]:
         """Return the best places, best first, as grasps in pixels of this map.

@@ -40,10 +40,14 @@ class SeenScene:
 
         What is seen beside the table top, such as the arm's own base, is not in the way.
         """
-        tall = self.heights > TABLE_NOISE
-        places = self.camera.position[:2] + self._rays[tall][:, :2] * self.image.depth[tall][:, None]
-        seen = self.heights[tall][(np.abs(places - table.center) <= np.array(table.size) / 2).all(1)]
-        return max(highest(seen, STRAYS_UNDER_HAND), 0.0)
+        heights = self.heights.ravel()
+        tall = np.flatnonzero(heights > TABLE_NOISE)
+        depth = self.image.depth.ravel()[tall]
+        on_table = np.ones(len(tall), bool)
+        for axis in (0, 1):
+            places = self.camera.position[axis] + self._rays[..., axis].ravel()[tall] * depth
+            on_table &= np.abs(places - table.center[axis]) <= table.size[axis] / 2
+        return max(highest(heights[tall[on_table]], STRAYS_UNDER_HAND), 0.0)
 
     def on_plane(self, pixel: Floats, height: float) -> Floats:
         """Return the world point where the ray through ``pixel`` (2,) meets the plane z = ``height``.
@@ -84,14 +88,14 @@ class SeenScene:
         cloud = np.array([[*c, z] for c in corners for z in (low, float(centre[2]) + 0.05)])
         pixels = self.image.intrinsics.project(self.camera.to_camera(cloud))
         window = self._window(np.floor(pixels.min(0)).astype(int), np.ceil(pixels.max(0)).astype(int))
-        heights = self.heights[window].ravel()
-        points = self.camera.position[:2] + (
-            self._rays[window][..., :2] * self.image.depth[window][..., None]
-        ).reshape(-1, 2)
-        offset = points - centre[:2]
-        near = np.isfinite(heights) & (np.abs(offset).max(1) < reach)
-        across = np.array([-axis[1], axis[0]])
-        return np.column_stack([offset[near] @ axis[:2], offset[near] @ across]), heights[near]
+        heights, depth = self.heights[window], self.image.depth[window]
+        x, y = (
+            self.camera.position[i] + self._rays[(*window, i)] * depth - centre[i]  # along the world's axes
+            for i in (0, 1)
+        )
+        near = np.isfinite(heights) & (np.abs(x) < reach) & (np.abs(y) < reach)
+        offset, across = np.column_stack([x[near], y[near]]), np.array([-axis[1], axis[0]])
+        return np.column_stack([offset @ axis[:2], offset @ across]), heights[near]
 
     def _window(self, low: NDArray[np.intp], high: NDArray[np.intp]) -> tuple[slice, slice]:
         """Return the rows and columns between two pixels, clipped to the image."""

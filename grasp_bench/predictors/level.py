@@ -60,7 +60,9 @@ def dominant_plane(image: RgbdImage) -> Plane | None:
     lengths = np.linalg.norm(normals, axis=1)
     normals = normals[lengths > 1e-9] / lengths[lengths > 1e-9, None]
     offsets = np.einsum("ij,ij->i", normals, triples[lengths > 1e-9, 0])
-    counts = (np.abs(normals @ points.T - offsets[:, None]) < THICKNESS).sum(1)
+    apart = normals @ points.T
+    apart -= offsets[:, None]
+    counts = (np.abs(apart, out=apart) < THICKNESS).sum(1)
     if len(counts) == 0:
         return None
     best = int(np.argmax(counts))

@@ -8,11 +8,13 @@ reported as unreachable rather than executed nearly.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from functools import lru_cache
 
 import mink
 import mujoco
 import numpy as np
+import qpsolvers
 from numpy.typing import NDArray
 
 from grasp_bench.grasps import GraspPose
@@ -49,6 +51,28 @@ def flange_target(pose: GraspPose, gripper: Gripper) -> mink.SE3:
     return mink.SE3.from_matrix(matrix)
 
 
+class JointLimits(mink.Limit):
+    """Mink's limits of the positions and velocities of an arm of hinges, which are set up only once.
+
+    Args:
+        model: of the arm.
+        speeds: greatest velocity of every joint, by its name [rad/s].
+    """
+
+    def __init__(self, model: mujoco.MjModel, speeds: Mapping[str, float]) -> None:
+        self._position = mink.ConfigurationLimit(model)
+        limits = self._position, mink.VelocityLimit(model, speeds)
+        both = mink.build_ik(mink.Configuration(model), [], STEP, limits=limits)
+        self._rows, self._bounds = np.asarray(both.G), np.asarray(both.h)
+
+    def compute_qp_inequalities(self, configuration: mink.Configuration, dt: float) -> mink.Constraint:
+        """See :class:`mink.Limit`; ``dt`` is :data:`STEP`."""
+        q, position = configuration.data.qpos, self._position
+        room = position.gain * np.concatenate([position.upper - q, q - position.lower])
+        self._bounds[: len(room)] = room
+        return mink.Constraint(self._rows, self._bounds)
+
+
 class InverseKinematics:
     """Solver for TCP poses of a robot standing at the world's origin; N is the number of its joints."""
 
@@ -60,10 +84,7 @@ class InverseKinematics:
         self.task = mink.FrameTask(
             arm.flange, "site", position_cost=1.0, orientation_cost=0.3, lm_damping=1e-6
         )
-        self.limits = [
-            mink.ConfigurationLimit(self.model),
-            mink.VelocityLimit(self.model, dict(zip(arm.joints, arm.velocity_limits, strict=True))),
-        ]
+        self.limits = [JointLimits(self.model, dict(zip(arm.joints, arm.velocity_limits, strict=True)))]
 
     def forward(self, q: Joints) -> GraspPose:
         """Return the TCP pose at joint angles ``q`` (N,) [rad]; the opening is left 0."""
@@ -84,13 +105,11 @@ class InverseKinematics:
             error = self.task.compute_error(self.configuration)
             if np.linalg.norm(error[:3]) < POSITION_TOLERANCE and np.linalg.norm(error[3:]) < ANGLE_TOLERANCE:
                 return self.configuration.q.copy()
-            try:
-                velocity = mink.solve_ik(
-                    self.configuration, [self.task], STEP, solver="daqp", damping=1e-6, limits=self.limits
-                )
-            except mink.NoSolutionFound:
+            problem = mink.build_ik(self.configuration, [self.task], STEP, damping=1e-6, limits=self.limits)
+            change = qpsolvers.solve_problem(problem, solver="daqp").x
+            if change is None:
                 return None
-            self.configuration.integrate_inplace(velocity, STEP)
+            self.configuration.integrate_inplace(change / STEP, STEP)
         return None
 
     def solve_grasp(self, pose: GraspPose) -> list[tuple[GraspPose, Joints]]:

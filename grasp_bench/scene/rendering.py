@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import cv2
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -67,7 +68,8 @@ class SceneCamera:
 
     def __init__(self, intrinsics: Intrinsics, pose: CameraPose, renderer: str = "auto") -> None:
         self.intrinsics, self.pose, self.renderer = intrinsics, pose, resolve_renderer(renderer)
-        self.directions = intrinsics.rays() @ pose.rotation.T
+        planes = np.moveaxis(intrinsics.rays() @ pose.rotation.T, 2, 0)
+        self.directions = np.moveaxis(np.ascontiguousarray(planes), 0, 2)  # who reads one axis reads it fast
         self._background: Picture | None = None
 
     def picture(self, model: mujoco.MjModel, data: mujoco.MjData, body: int = -1) -> Picture:
@@ -83,23 +85,35 @@ class SceneCamera:
                 return raycast(model, data, self.pose.position, self.directions)
             self._background = background
         region = self._region(model, data, body)
+        rays = self.directions[region]
+        hits = _cast(model, data, self.pose.position, rays)
+        fresh = (hits.geom >= 0) & (model.geom_bodyid[hits.geom] == body)
+        shaded = _shade(model, rays[fresh], Hits._make(of[fresh] for of in hits))
         whole = Picture._make(channel.copy() for channel in self._background)
-        part = raycast(model, data, self.pose.position, self.directions[region])
-        for channel, fresh in zip(whole, part, strict=True):
-            channel[region] = fresh
+        place = tuple(index[fresh] for index in region)
+        for channel, values in zip(whole, shaded, strict=True):
+            channel[place] = values
         return whole
 
-    def _region(self, model: mujoco.MjModel, data: mujoco.MjData, body: int) -> tuple[slice, slice]:
-        """Return the rows and columns that hold all the body's shown geoms."""
+    def _region(self, model: mujoco.MjModel, data: mujoco.MjData, body: int) -> tuple[NDArray[np.intp], ...]:
+        """Return the rows and columns of the pixels that may show the body's geoms."""
         shown = np.nonzero((model.geom_bodyid == body) & (SHOWN_GROUPS[model.geom_group] > 0))[0]
-        points = self.pose.to_camera(box_corners(model, data, shown).reshape(-1, 3))
+        corners = self.pose.to_camera(box_corners(model, data, shown))
         height, width = self.directions.shape[:2]
-        if (points[:, 2] < 0.01).any():  # reaches behind the camera
-            return slice(0, height), slice(0, width)
-        pixels = self.intrinsics.project(points)
-        left, top = np.floor(pixels.min(0)).astype(int) - 2
-        right, bottom = np.ceil(pixels.max(0)).astype(int) + 2
-        return slice(*np.clip([top, bottom], 0, height)), slice(*np.clip([left, right], 0, width))
+        if (corners[..., 2] < 0.05).any():  # reaches beside or behind the camera
+            return np.nonzero(np.ones((height, width), bool))
+        pixels = self.intrinsics.project(corners)
+        left, top = np.clip(np.floor(pixels.min((0, 1))).astype(int) - 2, 0, [width, height])
+        right, bottom = np.clip(np.ceil(pixels.max((0, 1))).astype(int) + 2, 0, [width, height])
+        mask = np.zeros((bottom - top, right - left), np.uint8)
+        if not mask.size:
+            return np.nonzero(mask)
+        for box in np.round(pixels - 0.5 - [left, top]).astype(
+            np.int32
+        ):  # OpenCV's pixel centres are integers
+            cv2.fillConvexPoly(mask, cv2.convexHull(box), (1,))
+        rows, columns = np.nonzero(cv2.dilate(mask, np.ones((5, 5), np.uint8)))
+        return rows + top, columns + left
 
 
 def box_corners(model: mujoco.MjModel, data: mujoco.MjData, geoms: NDArray[np.intp]) -> NDArray[np.float64]:
@@ -126,10 +140,34 @@ def raycast(
     """
     shape = directions.shape[:2]
     rays = np.ascontiguousarray(directions.reshape(-1, 3))
+    picture = _shade(model, rays, _cast(model, data, origin, rays, exclude))
+    return Picture._make(channel.reshape(*shape, *channel.shape[1:]) for channel in picture)
+
+
+class Hits(NamedTuple):
+    """What N rays meet first.
+
+    Attributes:
+        geom: (N,) geom ids, −1 where nothing was hit.
+        distance: (N,) in lengths of the ray.
+        normal: (N, 3) of the surface.
+    """
+
+    geom: NDArray[np.int32]
+    distance: NDArray[np.float64]
+    normal: NDArray[np.float64]
+
+
+def _cast(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    origin: NDArray[np.float64],
+    rays: NDArray[np.float64],
+    exclude: int = -1,
+) -> Hits:
+    """What rays (N, 3) from ``origin`` meet."""
     count = len(rays)
-    geom = np.full(count, -1, dtype=np.int32)
-    distance = np.zeros(count)
-    normal = np.zeros((count, 3))
+    hits = Hits(np.full(count, -1, dtype=np.int32), np.zeros(count), np.zeros((count, 3)))
     if count:
         mujoco.mj_multiRay(
             model,
@@ -139,26 +177,29 @@ def raycast(
             SHOWN_GROUPS,
             True,
             exclude,
-            geom,
-            distance,
-            normal.ravel(),
+            hits.geom,
+            hits.distance,
+            hits.normal.ravel(),
             count,
             FAR,
         )
-    hit = geom >= 0
-    cosine = np.einsum("ij,ij->i", normal, rays) / np.linalg.norm(rays, axis=1)
-    normal = normal * -np.sign(cosine)[:, None]
+    return hits
+
+
+def _shade(model: mujoco.MjModel, rays: NDArray[np.float64], hits: Hits) -> Picture:
+    """Channels (N, …) of what rays (N, 3) meet."""
+    hit, count = hits.geom >= 0, len(rays)
+    cosine = np.einsum("ij,ij->i", hits.normal, rays) / np.linalg.norm(rays, axis=1)
+    normal = hits.normal * -np.sign(cosine)[:, None]
     light = np.full(count, AMBIENT)
     for direction, strength in LIGHTS:
         light += strength * np.clip(normal @ (direction / np.linalg.norm(direction)), 0, None)
-    color = geom_colors(model)[geom] * light[:, None]
-    rgb = np.where(hit[:, None], np.clip(color * 255, 0, 255), 0).astype(np.uint8)
-    depth = np.where(hit, distance, 0).astype(np.float32)
+    color = geom_colors(model)[hits.geom] * light[:, None]
     return Picture(
-        rgb.reshape(*shape, 3),
-        depth.reshape(shape),
-        np.where(hit, np.abs(cosine), 0).astype(np.float32).reshape(shape),
-        geom.reshape(shape),
+        np.where(hit[:, None], np.clip(color * 255, 0, 255), 0).astype(np.uint8),
+        np.where(hit, hits.distance, 0).astype(np.float32),
+        np.where(hit, np.abs(cosine), 0).astype(np.float32),
+        hits.geom,
     )
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 
+import mink
 import numpy as np
 import pytest
 
 from grasp_bench.grasps import GraspPose
 from grasp_bench.robot.ec66 import EC66
-from grasp_bench.robot.kinematics import InverseKinematics
+from grasp_bench.robot.kinematics import STEP, InverseKinematics
 
 PLACES = [(0.36, -0.15), (0.36, 0.15), (0.5, 0.0), (0.64, -0.15), (0.64, 0.15)]
 YAWS = np.radians([-80, -35, 0, 50, 90])
@@ -101,3 +102,14 @@ def test_solving_does_not_depend_on_what_was_solved_before(ik: InverseKinematics
     again = ik.solve_grasp(pose_at(0.45, 0.1))
     for (_, a), (_, b) in zip(fresh, again, strict=True):
         np.testing.assert_array_equal(a, b)
+
+
+def test_limits_put_together_once_are_those_of_mink(ik: InverseKinematics) -> None:
+    speeds = dict(zip(EC66.joints, EC66.velocity_limits, strict=True))
+    limits = mink.ConfigurationLimit(ik.model), mink.VelocityLimit(ik.model, speeds)
+    for q in np.random.default_rng(0).uniform(-7, 7, (20, 6)):
+        at = mink.Configuration(ik.model, q)
+        each = mink.build_ik(at, [], STEP, limits=limits)
+        once = mink.build_ik(at, [], STEP, limits=ik.limits)
+        assert np.array_equal(np.asarray(once.G), np.asarray(each.G))
+        assert np.array_equal(np.asarray(once.h), np.asarray(each.h))

@@ -1,0 +1,51 @@
+"""Scripts in ``benchmarks/``: what of them can go wrong without being measured."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+import torch
+
+FOLDER = Path(__file__).parents[1] / "benchmarks"
+
+
+def script(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(f"benchmark_{name}", FOLDER / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_gpus_part_of_latency_runs_on_any_device() -> None:
+    latency, cpu = script("latency"), torch.device("cpu")
+    figures = latency.measure_on(cpu, ["gg-cnn", "htc-grasp-no-ea"], repeats=1, batches=(1, 2))
+    assert set(figures) == {
+        (batch, mode, name)
+        for batch in (1, 2)
+        for mode in ("fp32", "bf16")
+        for name in ("gg-cnn", "htc-grasp-no-ea")
+    }
+    assert all(value > 0 for value in figures.values())
+    output = latency.on_device("gg-cnn", "bf16", 2, cpu)()
+    assert output.shape == (2, 4, 224, 224)
+    assert output.dtype == torch.bfloat16
+    assert "gg-cnn" in [
+        cell for column in latency.table(figures, 2, "two", 1).columns for cell in column.cells
+    ]
+
+
+def test_latency_says_what_its_gpu_part_needs(monkeypatch: pytest.MonkeyPatch) -> None:
+    latency = script("latency")
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    monkeypatch.setattr(torch.version, "cuda", None)
+    assert "PyTorch built for CUDA" in latency.missing_cuda()
+    monkeypatch.setattr(torch.version, "cuda", "13.0")
+    assert "driver for CUDA 13.0" in latency.missing_cuda()
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
+    assert latency.missing_cuda() is None
+    assert "fp32 graph" in latency.modes_of(torch.device("cuda"))

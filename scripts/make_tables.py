@@ -11,8 +11,9 @@ from pathlib import Path
 
 from grasp_bench.report.leaderboard import as_markdown, load_row
 from grasp_bench.report.table4 import build_report
-from grasp_bench.report.tables import markdown
+from grasp_bench.report.tables import TextTable, markdown, rate_cells
 from grasp_bench.runs.folder import find_runs
+from grasp_bench.runs.results import Comparison, RunResults
 from grasp_bench.studies.bench_table import compare, read_evaluations, run_folders, tables
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -35,6 +36,24 @@ def main() -> None:
     replace(ROOT / "docs" / "results.md", "measured", markdown(tables(compared, evaluations)))
     replace(ROOT / "docs" / "results.md", "runs", markdown(runs))
     replace(ROOT / "docs" / "leaderboard.md", "leaderboard", leaderboard())
+    replace(ROOT / "docs" / "scenarios.md", "suites", suites())
+
+
+def suites() -> str:
+    """What the shipped network reaches in each scenario, paired with its trials of table4."""
+    usual = RunResults(ROOT / "results" / "reference" / "htc-grasp")
+    rows = [["`table4`", *rate_cells(usual.lifted), "", ""]]
+    for run in map(RunResults, find_runs(ROOT / "results" / "suites")):
+        same = [(r.object, r.seed) for r in run.records] == [(r.object, r.seed) for r in usual.records]
+        pairs = Comparison.of(usual, run) if same else None
+        told = (
+            [f"{pairs.first_only} / {pairs.second_only}", f"{pairs.p_value:.2g}"]
+            if pairs
+            else ["its own objects", ""]
+        )
+        rows.append([f"`{run.info.scenario_name}`", *rate_cells(run.lifted), *told])
+    head = ("Scenario", "Lifted", "Rate", "95 % interval", "− / +", "p")
+    return markdown([TextTable("", head, rows, numbers=(1, 2, 3, 4, 5))])
 
 
 def leaderboard() -> str:

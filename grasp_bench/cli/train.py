@@ -73,8 +73,10 @@ def train_command(
     from rich.console import Console
 
     from grasp_bench.learning.data.folds import parse_holdout
+    from grasp_bench.learning.training.process import prepare_process
     from grasp_bench.learning.training.sources import Source, gather
 
+    prepare_process()
     console = Console()
     config, begin = read_settings(settings)
     sources = [Source.parse(str(d)) for d in data]

@@ -55,8 +55,10 @@ def encode_depth(depth: NDArray[np.float32]) -> NDArray[np.float32]:
 
 def encode_rgb(rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
     """Turn (H, W, 3) colours into (3, H, W) in [−1, 1] with the image's mean taken off."""
-    planes = np.ascontiguousarray(rgb.transpose(2, 0, 1)).astype(np.float32) / np.float32(255)
-    return planes - planes.mean()
+    planes = np.ascontiguousarray(rgb.transpose(2, 0, 1)).astype(np.float32)
+    planes /= np.float32(255)
+    planes -= planes.mean()
+    return planes
 
 
 def to_input(rgb: NDArray[np.uint8], depth: NDArray[np.float32], kind: Kind = "rgbd") -> NDArray[np.float32]:
@@ -82,4 +84,4 @@ def maps_from_output(output: torch.Tensor) -> GraspMaps:
 def targets_from_maps(maps: GraspMaps) -> NDArray[np.float32]:
     """Return what a network should have put out for ``maps``: (4, H, W)."""
     width = maps.width / np.float32(WIDTH_SCALE)
-    return np.stack([maps.quality, maps.sin2, maps.cos2, width]).astype(np.float32)
+    return np.stack([maps.quality, maps.sin2, maps.cos2, width]).astype(np.float32, copy=False)

@@ -8,6 +8,7 @@ from torch import Tensor, nn
 
 from grasp_bench.networks.dropout import Dropout
 from grasp_bench.networks.fit import fit
+from grasp_bench.networks.phases import Transposed
 
 
 def _convolution(inputs: int, outputs: int, kernel: int, stride: int, padding: int) -> list[nn.Module]:
@@ -20,7 +21,7 @@ def _convolution(inputs: int, outputs: int, kernel: int, stride: int, padding: i
 
 def _transposed(inputs: int, outputs: int, padding: int) -> list[nn.Module]:
     return [
-        nn.ConvTranspose2d(inputs, outputs, 4, 2, padding, output_padding=1),
+        Transposed(inputs, outputs, 4, 2, padding, output_padding=1),
         nn.BatchNorm2d(outputs),
         nn.ReLU(inplace=True),
     ]

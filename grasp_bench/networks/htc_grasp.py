@@ -28,6 +28,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from grasp_bench.networks.phases import interleaved
+
 CHANNELS = (32, 64, 128, 256)
 HEADS = (1, 2, 4, 8)
 DEPTHS = (2, 2, 2, 2)
@@ -206,6 +208,15 @@ class Upsample(nn.Sequential):
             nn.BatchNorm2d(outputs),
             nn.ReLU(inplace=True),
         )
+
+    def forward(self, input: Tensor) -> Tensor:
+        """Map (B, inputs, H, W) to (B, outputs, 2H, 2W)."""
+        if not self.training:
+            return super().forward(input)
+        weight = self.get_parameter("0.weight")
+        weight = weight.unflatten(0, (-1, 4)).transpose(0, 1).flatten(0, 1)
+        _, _, norm, activation = self
+        return activation(norm(interleaved(functional.conv2d(input, weight, padding="same"), 2)))
 
 
 class HTCGrasp(nn.Module):

@@ -48,6 +48,7 @@ VALUES: dict[str, st.SearchStrategy[Any]] = {
     "ema": st.floats(0, 1, exclude_max=True),
     "augment": st.booleans(),
     "precision": st.sampled_from(["auto", "fp32", "bf16"]),
+    "device": st.sampled_from(["auto", "cpu", "cuda"]),
     "workers": counts,
     "threads": st.integers(0, 99),
     "checkpoint_every": counts,
@@ -112,6 +113,7 @@ def test_each_setting_is_reached_alone(name: str, begun: str) -> None:
         "masked": False,
         "augment": False,
         "precision": "fp32",
+        "device": "cpu",
         "init": begun,
     }
     others |= {"input": "rgbd", "holdout": "1/3", "split": "image", "ema": 0.5}

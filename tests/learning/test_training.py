@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 import pytest
 import torch
+from torch.nn import functional
+from torch.utils._python_dispatch import TorchDispatchMode
 from typer import Typer
 from typer.testing import CliRunner
 
@@ -20,10 +23,12 @@ from grasp_bench.learning.data.scenes import Scene, load_scene, load_scenes
 from grasp_bench.learning.training.augment import View, crop_scene, jitter_colour, jitter_depth, random_view
 from grasp_bench.learning.training.batches import make_batch, scenes_of_step
 from grasp_bench.learning.training.config import TrainConfig
-from grasp_bench.learning.training.loop import CHECKPOINT, train
+from grasp_bench.learning.training.loop import CHECKPOINT, _read, train
 from grasp_bench.learning.training.loss import grasp_loss
+from grasp_bench.learning.training.step import Learner, choose_device
 from grasp_bench.learning.training.validate import is_hit, validate
 from grasp_bench.networks.encoding import WIDTH_SCALE, targets_from_maps
+from grasp_bench.networks.registry import build, info
 from grasp_bench.networks.weights import load
 
 SIZE, CROP = 320, 224
@@ -201,6 +206,31 @@ def test_loss_by_hand() -> None:
     assert paper["loss"].item() == pytest.approx(quality + sum(on) / 2 + sum(off) / 2, rel=1e-5)
     stressed = grasp_loss(output, target, positive_weight=3.0)
     assert stressed["quality"].item() == pytest.approx(0.5 * 0.2**2 * (4 + 1) / 2, rel=1e-5)
+
+
+@pytest.mark.parametrize("masked", [True, False])
+@pytest.mark.parametrize("dtype", [torch.float32, torch.bfloat16])
+def test_gradient_of_the_loss(masked: bool, dtype: torch.dtype) -> None:
+    """Against automatic differentiation of equations 7 and 8 as they are written."""
+    torch.manual_seed(0)
+    target = torch.rand(3, 4, 8, 9) * (torch.rand(3, 1, 8, 9) < 0.2)
+    output = (1.5 * torch.randn(3, 4, 8, 9)).to(dtype).requires_grad_()
+    factor = 0.3 if masked else 1.0
+    settings: dict[str, Any] = {"masked": masked, "geometry_weight": factor, "positive_weight": 2.0}
+    (3 * grasp_loss(output, target, **settings)["loss"]).backward()
+    found, output.grad = output.grad, None
+
+    error = functional.smooth_l1_loss(output.float(), target, reduction="none")
+    on = (target[:, :1] > 0).float()
+    quality = (error[:, :1] * (1 + 2 * on)).mean()
+    rest = error[:, 1:]
+    geometry = (rest * on).sum((0, 2, 3)) / on.sum() if masked else rest.mean((0, 2, 3))
+    loss = quality + factor * geometry.sum()
+    assert grasp_loss(output, target, **settings)["loss"].item() == pytest.approx(loss.item(), rel=1e-5)
+    (3 * loss).backward()
+    assert found is not None
+    assert output.grad is not None
+    torch.testing.assert_close(found, output.grad, rtol=1e-2 if dtype == torch.bfloat16 else 1e-5, atol=1e-7)
 
 
 def test_loss_without_any_grasp() -> None:
@@ -389,9 +419,59 @@ def test_checkpoints_of_other_runs_are_refused(folder: Path, tmp_path: Path) -> 
 
 
 def test_divergence_stops_the_run(folder: Path, tmp_path: Path) -> None:
-    config = TrainConfig(**{**FAST, "warmup": 0}, steps=20, batch=1, lr=1e30, clip=0)
-    with pytest.raises(GraspBenchError, match="diverged"):
-        train(config, load_scenes([folder]), tmp_path)
+    """At the step it happens, before anything of it is stored."""
+    config = TrainConfig(**{**FAST, "warmup": 0}, steps=20, batch=1, lr=1e30, clip=0, checkpoint_every=1)
+    good: list[int] = []
+    with pytest.raises(GraspBenchError, match="diverged") as caught:
+        train(config, load_scenes([folder]), tmp_path, lambda done, *_: good.append(done))
+    assert f"at step {good[-1] + 1}: " in str(caught.value)
+
+
+def test_the_first_of_several_unread_steps_is_named() -> None:
+    def figures(loss: float) -> dict[str, torch.Tensor]:
+        return {"loss": torch.tensor(loss), "gradient_norm": torch.tensor(1.0)}
+
+    unread = [figures(x) for x in (3.0, 2.0)]
+    assert _read(unread, 7) == {"loss": 2.0, "gradient_norm": 1.0}
+    assert not unread
+    with pytest.raises(GraspBenchError, match=r"The loss is nan, its gradient 1\.0 at step 6:"):
+        _read([figures(x) for x in (1.0, math.nan, math.inf)], 7)
+
+
+class NothingRead(TorchDispatchMode):
+    """Refuses to turn a tensor into a Python number, for which a program would wait for a GPU."""
+
+    def __torch_dispatch__(self, func, types, args=(), kwargs=None):
+        assert func is not torch.ops.aten._local_scalar_dense.default
+        return func(*args, **kwargs or {})
+
+
+@pytest.mark.parametrize("network", ["htc-grasp", "gr-convnet-16", "gg-cnn", "tf-grasp"])
+def test_a_step_waits_for_no_device(network: str) -> None:
+    config = TrainConfig(**{**FAST, "network": network, "precision": "bf16"}, ema=0.9)
+    learner = Learner.of(build(network), config, choose_device("cpu"))
+    inputs, targets = torch.randn(2, info(network).channels, 64, 64), torch.rand(2, 4, 64, 64)
+    before = [p.clone() for p in learner.final.parameters()]
+    with NothingRead():
+        parts = learner.step(0, inputs, targets)
+    assert set(parts) == {"loss", "quality", "sin", "cos", "width", "gradient_norm"}
+    assert any(not torch.equal(a, b) for a, b in zip(before, learner.final.parameters(), strict=True))
+
+
+def test_device_is_chosen_and_free_to_change(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    assert choose_device("auto").type == choose_device("cpu").type == "cpu"
+    with pytest.raises(GraspBenchError, match="--device cuda"):
+        choose_device("cuda")
+    scenes = load_scenes([folder])
+    config = TrainConfig(**FAST, steps=1, batch=1)
+    train(config, scenes, tmp_path)
+    train(config.model_copy(update={"device": "cpu"}), scenes, tmp_path)
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
+    assert choose_device("auto").type == choose_device("cuda").type == "cuda"
+    assert choose_device("cpu").type == "cpu"
 
 
 def test_command_trains_and_writes_weights(folder: Path, tmp_path: Path) -> None:

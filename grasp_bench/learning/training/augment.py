@@ -85,27 +85,31 @@ def crop_scene(
     # OpenCV has pixel centres at integers.
     matrix[:, 2] += matrix[:, :2] @ (0.5, 0.5) - 0.5
 
-    def warp(array: NDArray, flags: int = cv2.INTER_NEAREST, border: int = cv2.BORDER_CONSTANT) -> NDArray:
+    def warp(array: NDArray, flags: int, border: int) -> NDArray:
         return cv2.warpAffine(array, matrix, (crop, crop), flags=flags, borderMode=border)
 
     rgb = warp(scene.rgb, cv2.INTER_LINEAR, cv2.BORDER_REPLICATE)
-    depth = unpacked(warp(scene.depth))
+    # All that takes its nearest value is moved at once, by its bits.
+    bits = (
+        scene.depth,
+        scene.quality.astype(np.uint16),
+        scene.angle.view(np.uint16),
+        scene.width.view(np.uint16),
+    )
+    moved = cv2.split(warp(cv2.merge(bits), cv2.INTER_NEAREST, cv2.BORDER_CONSTANT))
+    depth = unpacked(moved[0].view(np.uint16))
     valid = depth > 0
     if view.scale != 1 and valid.any():
         nearer = np.median(depth[valid][::4]) * (1 - 1 / view.scale)
         depth = np.where(valid, np.maximum(depth - nearer, DEPTH_UNIT), 0).astype(np.float32)
     # The stored quality ranks grasps and is no probability: most of those below 0.3 hold in physics.
     # Its root keeps the order, and keeps low but sound grasps (thin things) apart from the background.
-    quality = np.sqrt(warp(scene.quality).astype(np.float32) / np.float32(255))
-    double = 2 * view.angle(warp(scene.angle.astype(np.float32)))
-    width = warp(scene.width.astype(np.float32)) * np.float32(view.scale)
-    on = quality > 0
-    labels = GraspMaps(
-        quality,
-        np.where(on, np.sin(double), 0).astype(np.float32),
-        np.where(on, np.cos(double), 0).astype(np.float32),
-        np.where(on, width, 0),
-    )
+    labels = GraspMaps(*np.zeros((4, crop, crop), np.float32))
+    on = np.nonzero(moved[1])
+    double = 2 * view.angle(moved[2][on].view(np.float16).astype(np.float32))
+    labels.quality[on] = np.sqrt(moved[1][on].astype(np.float32) / np.float32(255))
+    labels.sin2[on], labels.cos2[on] = np.sin(double), np.cos(double)
+    labels.width[on] = moved[3][on].view(np.float16).astype(np.float32) * np.float32(view.scale)
     return rgb, depth, labels
 
 

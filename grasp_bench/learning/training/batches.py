@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from functools import lru_cache
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
+from torch import Tensor
 
 from grasp_bench.learning.data.scenes import Scene
 from grasp_bench.learning.training.augment import View, crop_scene, jitter_colour, jitter_depth, random_view
@@ -62,20 +64,29 @@ def make_batch(scenes: Sequence[Scene], config: TrainConfig, kind: Kind, crop: i
 
 
 def batches(
-    scenes: Sequence[Scene], config: TrainConfig, kind: Kind, crop: int, start: int
-) -> Iterator[Batch]:
-    """Make the batches of steps ``start`` … ``config.steps`` − 1, two ahead for each thread."""
+    scenes: Sequence[Scene], config: TrainConfig, kind: Kind, crop: int, start: int, pinned: bool = False
+) -> Iterator[tuple[Tensor, Tensor]]:
+    """Make the batches of steps ``start`` … ``config.steps`` − 1, two ahead for each thread.
+
+    Args:
+        pinned: in memory from which a GPU copies while the CPU goes on.
+    """
+
+    def prepared(step: int) -> tuple[Tensor, Tensor]:
+        inputs, targets = map(torch.from_numpy, make_batch(scenes, config, kind, crop, step))
+        return (inputs.pin_memory(), targets.pin_memory()) if pinned else (inputs, targets)
+
     with ThreadPoolExecutor(config.workers, thread_name_prefix="batch") as pool:
-        waiting: deque = deque()
+        waiting: deque[Future[tuple[Tensor, Tensor]]] = deque()
         following = iter(range(start, config.steps))
         try:
             for _ in range(2 * config.workers):
                 if (step := next(following, None)) is not None:
-                    waiting.append(pool.submit(make_batch, scenes, config, kind, crop, step))
+                    waiting.append(pool.submit(prepared, step))
             while waiting:
                 ready = waiting.popleft().result()
                 if (step := next(following, None)) is not None:
-                    waiting.append(pool.submit(make_batch, scenes, config, kind, crop, step))
+                    waiting.append(pool.submit(prepared, step))
                 yield ready
         finally:
             pool.shutdown(cancel_futures=True)

@@ -104,4 +104,5 @@ def _restore(
     for name, parameter in network.named_parameters():
         # Moments take the parameters' memory layout, as AdamW itself makes them.
         moments = {m: torch.zeros_like(parameter).copy_(tensors[f"{m}.{name}"]) for m in _MOMENTS}
-        optimizer.state[parameter] = {"step": torch.tensor(float(step)), **moments}
+        done = torch.tensor(float(step), device=parameter.device)
+        optimizer.state[parameter] = {"step": done, **moments}

@@ -15,7 +15,9 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from grasp_bench.runs.evaluation import Split
 
-FREE_TO_CHANGE = frozenset({"workers", "threads", "checkpoint_every", "validate_every", "log_every"})
+FREE_TO_CHANGE = frozenset(
+    {"device", "workers", "threads", "checkpoint_every", "validate_every", "log_every"}
+)
 """Fields in which a resumed run may differ from the run it continues."""
 NOT_COMPARED = FREE_TO_CHANGE | {"holdout", "split"}
 """Fields in which a checkpoint may differ. The scenes' fingerprint tells which images are left out,
@@ -76,11 +78,14 @@ class TrainConfig(BaseModel):
     precision: Literal["auto", "fp32", "bf16"] = Field(
         default="auto", description="fp32, bf16, or auto: bf16 where the processor or GPU multiplies in it."
     )
+    device: Literal["auto", "cpu", "cuda"] = Field(
+        default="auto", description="Where to train: cpu, cuda, or auto: a CUDA GPU where there is one."
+    )
     workers: int = Field(default=1, ge=1, description="Threads that prepare batches.")
     threads: int = Field(
         default=0,
         ge=0,
-        description="Threads of the network; 0 = all cores but one. Use 1 where others share the machine.",
+        description="Threads of the network; 0 = all cores. Use 1 where others share the machine.",
     )
     checkpoint_every: int = Field(default=500, ge=1, description="Steps between checkpoints.")
     validate_every: int = Field(default=500, ge=1, description="Steps between validations.")

@@ -33,7 +33,7 @@ def made_up(size: int = 320) -> Scene:
     quality[130:190, 130:190] = 200
     angle, width = np.full((2, size, size), 40, np.float16)
     rgb = rng.integers(0, 255, (size, size, 3), dtype=np.uint8)
-    return Scene("made up", rgb, depth, quality, angle / 80, width, np.zeros((0, 5), np.float32))
+    return Scene("made up", rgb, depth, quality, angle / 80, width, np.zeros((0, 5), np.float32))  # pyright: ignore[reportArgumentType]
 
 
 def speed(config: TrainConfig, scenes: SceneSet) -> float:

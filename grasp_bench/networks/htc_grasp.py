@@ -37,6 +37,22 @@ DECODER_CHANNELS = 256
 MEMORY = 64
 
 
+class Tokenwise(nn.Linear):
+    """A linear map of tokens; in training a 1×1 convolution, the same function.
+
+    A convolution's backward pass spreads over the images of a batch, while the product of matrices that
+    gives a linear map's gradient, 50,000 tokens deep, is left to one core.
+    """
+
+    def forward(self, input: Tensor) -> Tensor:  # noqa: A002 (nn.Linear's name)
+        """Map (B, …, C) to (B, …, outputs)."""
+        if not self.training:
+            return super().forward(input)
+        x = input.reshape(input.shape[0], -1, 1, input.shape[-1]).permute(0, 3, 1, 2)
+        y = functional.conv2d(x, self.weight[:, :, None, None], self.bias)
+        return y.permute(0, 2, 3, 1).reshape(*input.shape[:-1], -1)
+
+
 class ExternalAttention(nn.Module):
     """Multi-head external attention, equations 4–6 (Guo et al. 2021).
 
@@ -47,10 +63,10 @@ class ExternalAttention(nn.Module):
     def __init__(self, channels: int, heads: int, memory: int = MEMORY) -> None:
         super().__init__()
         self.heads = heads
-        self.query = nn.Linear(channels, channels)
-        self.memory_key = nn.Linear(channels // heads, memory, bias=False)
-        self.memory_value = nn.Linear(memory, channels // heads, bias=False)
-        self.output = nn.Linear(channels, channels)
+        self.query = Tokenwise(channels, channels)
+        self.memory_key = Tokenwise(channels // heads, memory, bias=False)
+        self.memory_value = Tokenwise(memory, channels // heads, bias=False)
+        self.output = Tokenwise(channels, channels)
 
     @staticmethod
     def double_normalise(scores: Tensor) -> Tensor:
@@ -80,8 +96,8 @@ class SelfAttention(nn.Module):
     def __init__(self, channels: int, heads: int) -> None:
         super().__init__()
         self.heads = heads
-        self.query_key_value = nn.Linear(channels, 3 * channels)
-        self.output = nn.Linear(channels, channels)
+        self.query_key_value = Tokenwise(channels, 3 * channels)
+        self.output = Tokenwise(channels, channels)
 
     def forward(self, x: Tensor) -> Tensor:
         """Map (B, N, C) to (B, N, C)."""
@@ -104,7 +120,7 @@ class TransformerBlock(nn.Module):
         self.attention = (ExternalAttention if external else SelfAttention)(channels, heads)
         self.norm_feed_forward = nn.LayerNorm(channels)
         self.feed_forward = nn.Sequential(
-            nn.Linear(channels, 4 * channels), nn.GELU(), nn.Linear(4 * channels, channels)
+            Tokenwise(channels, 4 * channels), nn.GELU(), Tokenwise(4 * channels, channels)
         )
 
     def forward(self, x: Tensor) -> Tensor:
@@ -171,7 +187,8 @@ class ResChannelAttention(nn.Module):
         residual = self.residual(x)
         if self.excite is None:
             return functional.relu(x + residual, inplace=True)
-        gain = self.excite(residual.mean(dim=(2, 3)))[:, :, None, None]
+        # Over pixels as one dimension: otherwise the gradient comes with channels first.
+        gain = self.excite(residual.permute(0, 2, 3, 1).flatten(1, 2).mean(dim=1))[:, :, None, None]
         return functional.relu(torch.addcmul(x, residual, gain), inplace=True)
 
 

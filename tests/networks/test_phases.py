@@ -1,4 +1,4 @@
-"""Up-sampling by phases, as in training, equals PyTorch's own layers, as in evaluation."""
+"""Layers that are computed in another way in training equal PyTorch's own, as in evaluation."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from grasp_bench.networks.htc_grasp import Upsample
+from grasp_bench.networks.htc_grasp import Tokenwise, Upsample
 from grasp_bench.networks.phases import Transposed, interleaved
 
 
@@ -43,3 +43,11 @@ def test_upsampling_of_htc_grasp() -> None:
     layer = Upsample(8, 3, 3).double()
     x = torch.randn(2, 8, 5, 6, dtype=torch.double)
     torch.testing.assert_close(layer.train()(x), nn.Sequential(*layer)(x))
+
+
+@pytest.mark.parametrize("shape", [(2, 9, 4), (2, 9, 3, 4)])
+def test_linear_map_of_tokens(shape: tuple[int, ...]) -> None:
+    torch.manual_seed(0)
+    layer = Tokenwise(4, 5).double()
+    x = torch.randn(shape, dtype=torch.double)
+    torch.testing.assert_close(layer.train()(x), layer.eval()(x))

@@ -187,8 +187,11 @@ class ResChannelAttention(nn.Module):
         residual = self.residual(x)
         if self.excite is None:
             return functional.relu(x + residual, inplace=True)
-        # Over pixels as one dimension: otherwise the gradient comes with channels first.
-        gain = self.excite(residual.permute(0, 2, 3, 1).flatten(1, 2).mean(dim=1))[:, :, None, None]
+        if self.training:  # over pixels as one dimension: otherwise the gradient comes with channels first
+            pooled = residual.permute(0, 2, 3, 1).flatten(1, 2).mean(dim=1)
+        else:
+            pooled = residual.mean(dim=(2, 3))
+        gain = self.excite(pooled)[:, :, None, None]
         return functional.relu(torch.addcmul(x, residual, gain), inplace=True)
 
 

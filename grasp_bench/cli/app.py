@@ -14,6 +14,7 @@ from typing import Annotated
 
 import typer
 
+from grasp_bench.cli.cache import cache_app
 from grasp_bench.cli.check import check_command
 from grasp_bench.cli.data import data_app
 from grasp_bench.cli.doctor import doctor_command
@@ -74,6 +75,7 @@ app.command("replay")(replay_command)
 app.command("doctor")(doctor_command)
 app.command("merge")(merge_command)
 app.command("check")(check_command)
+app.add_typer(cache_app, name="cache")
 
 
 def main() -> None:

@@ -14,6 +14,7 @@ from grasp_bench.execution.describe import PINNED
 from grasp_bench.networks.registry import all_weights
 from grasp_bench.networks.store import shipped_file
 from grasp_bench.objects.catalog import Catalog
+from grasp_bench.system import cache
 from grasp_bench.system.graphics import VARIABLE, available
 from grasp_bench.system.machine import cpu_name, usable_cores
 from grasp_bench.system.paths import constraints_file
@@ -95,9 +96,7 @@ def _graphics() -> Check:
 
 
 def _cache() -> Check:
-    from grasp_bench.scene.builder import cache_dir
-
-    folder, state = cache_dir(), State.NOTE
+    folder, state = cache.folder(), State.NOTE
     try:
         folder.mkdir(parents=True, exist_ok=True)
         files = [f.stat().st_size for f in folder.iterdir() if f.is_file()]

@@ -19,6 +19,7 @@ from grasp_bench.runs.folder import RunFolder
 from grasp_bench.runs.jobs import Job, Jobs, Settings
 from grasp_bench.runs.record import Timings, TrialRecord
 from grasp_bench.scenario.reading import check_current
+from grasp_bench.system import cache
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,7 @@ def run(
         GraspBenchError: before any trial starts, for anything wrong with the inputs.
     """
     check_current(settings.scenario)
+    cache.limit()  # a wrong one is told now
     catalog = Catalog(settings.objects)
     for name in objects_of(settings, jobs, catalog):
         model = catalog.load(name)  # every mesh is checked before the first trial

@@ -44,7 +44,7 @@ class Tokenwise(nn.Linear):
     gives a linear map's gradient, 50,000 tokens deep, is left to one core.
     """
 
-    def forward(self, input: Tensor) -> Tensor:  # noqa: A002 (nn.Linear's name)
+    def forward(self, input: Tensor) -> Tensor:
         """Map (B, …, C) to (B, …, outputs)."""
         if not self.training:
             return super().forward(input)

@@ -8,7 +8,6 @@ them; the cache has no effect on results.
 from __future__ import annotations
 
 import hashlib
-import os
 import struct
 import tempfile
 from collections.abc import Sequence
@@ -25,6 +24,7 @@ from grasp_bench.robot.robot import EC66_PARALLEL_85, Robot
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.hulls import merged
 from grasp_bench.scene.mounting import load_robot
+from grasp_bench.system import cache
 
 OBJECT = "object"
 TABLE = "table"
@@ -242,12 +242,6 @@ def compile_mjcf(root: Any) -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
 
 
-def cache_dir() -> Path:
-    """Return the folder of compiled models: ``$GRASP_BENCH_CACHE`` or the user's cache folder."""
-    base = os.environ.get("GRASP_BENCH_CACHE") or os.environ.get("XDG_CACHE_HOME")
-    return (Path(base) if base else Path.home() / ".cache") / "grasp-bench" / "models"
-
-
 def _digest(scenario: Scenario, model: ObjectModel | None, robot: Robot | None) -> str:
     # All of the scenario but what surely is not in the model: a few keys too many cost only cache hits.
     settings = scenario.model_dump_json(exclude=NOT_IN_THE_MODEL)
@@ -269,12 +263,12 @@ def compile_scene(
     scenario: Scenario, model: ObjectModel | None, robot: Robot | None = EC66_PARALLEL_85
 ) -> mujoco.MjModel:
     """Compile the model of a trial's world, or take it from the cache where it is there."""
-    path = cache_dir() / f"{_digest(scenario, model, robot)}.mjb"
-    if path.is_file():
+    path = cache.folder() / f"{_digest(scenario, model, robot)}.mjb"
+    if cache.used(path):
         try:
             return mujoco.MjModel.from_binary_path(str(path))
         except ValueError:
-            pass  # truncated by a killed run: compile again and replace it
+            pass  # damaged, or removed by another process meanwhile: compile again and replace it
     compiled = compile_mjcf(compose(scenario, model, robot))
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -282,6 +276,7 @@ def compile_scene(
             fresh = Path(folder) / "model.mjb"
             mujoco.mj_saveModel(compiled, str(fresh))
             fresh.replace(path)
+        cache.trim()
     except OSError:
         pass  # a read-only or full disk costs time, not the trial
     return compiled

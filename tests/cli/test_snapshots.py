@@ -36,6 +36,8 @@ HELP = [
     "scenarios",
     "objects import",
     "predictors check",
+    "cache",
+    "cache clear",
 ]
 ERRORS = {
     "unknown-command": "rnu",

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.scenario.sections import Scenario
-from grasp_bench.scene.builder import compile_mjcf, compose
+from grasp_bench.scene.builder import compile_mjcf, compile_scene, compose
 from grasp_bench.scene.floating import compile_floating
+from grasp_bench.system import cache
 
 
 @pytest.mark.parametrize("settings", [{}, {"timestep": 0.001, "impratio": 3.0, "noslip_iterations": 0}])
@@ -27,3 +30,33 @@ def test_solver_settings_reach_the_model(
         wanted.noslip_iterations,
     )
     assert (option.integrator, option.solver, option.jacobian, option.cone) == (3, 2, 0, 1)
+
+
+def test_a_model_that_vanishes_or_is_damaged_is_compiled_again(
+    table4: Scenario, models: dict[str, ObjectModel], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("GRASP_BENCH_CACHE", str(tmp_path))
+    first = compile_scene(table4, models["bar"])
+    (entry,) = cache.entries()
+    whole = entry.path.read_bytes()
+    monkeypatch.setattr(cache, "used", lambda path: True)
+    entry.path.unlink()
+    again = compile_scene(table4, models["bar"])
+    assert entry.path.read_bytes() == whole
+    entry.path.write_bytes(whole[: len(whole) // 2])
+    third = compile_scene(table4, models["bar"])
+    assert entry.path.read_bytes() == whole
+    for model in (again, third):
+        assert np.array_equal(model.mesh_vert, first.mesh_vert)
+
+
+def test_the_cache_holds_no_more_than_it_may(
+    table4: Scenario, models: dict[str, ObjectModel], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("GRASP_BENCH_CACHE", str(tmp_path))
+    compile_scene(table4, models["bar"])
+    (entry,) = cache.entries()
+    monkeypatch.setenv("GRASP_BENCH_CACHE_MB", str(1 + 3 * entry.size // 2 // 10**6))
+    compile_scene(table4, models["block"])
+    (kept,) = cache.entries()
+    assert kept.path != entry.path

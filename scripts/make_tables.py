@@ -11,7 +11,7 @@ from pathlib import Path
 
 from grasp_bench.report.leaderboard import as_markdown, load_row
 from grasp_bench.report.table4 import build_report
-from grasp_bench.report.tables import TextTable, markdown, rate_cells
+from grasp_bench.report.tables import Markdown, TextTable, markdown, rate_cells
 from grasp_bench.runs.folder import find_runs
 from grasp_bench.runs.results import Comparison, RunResults
 from grasp_bench.studies.bench_table import compare, read_evaluations, run_folders, tables
@@ -42,7 +42,7 @@ def main() -> None:
 def suites() -> str:
     """What the shipped network reaches in each scenario, paired with its trials of table4."""
     usual = RunResults(ROOT / "results" / "reference" / "htc-grasp")
-    rows = [["`table4`", *rate_cells(usual.lifted), "", ""]]
+    rows = [[Markdown("`table4`"), *rate_cells(usual.lifted), "", ""]]
     for run in map(RunResults, find_runs(ROOT / "results" / "suites")):
         same = [(r.object, r.seed) for r in run.records] == [(r.object, r.seed) for r in usual.records]
         pairs = Comparison.of(usual, run) if same else None
@@ -51,7 +51,7 @@ def suites() -> str:
             if pairs
             else ["its own objects", ""]
         )
-        rows.append([f"`{run.info.scenario_name}`", *rate_cells(run.lifted), *told])
+        rows.append([Markdown(f"`{run.info.scenario_name}`"), *rate_cells(run.lifted), *told])
     head = ("Scenario", "Lifted", "Rate", "95 % interval", "− / +", "p")
     return markdown([TextTable("", head, rows, numbers=(1, 2, 3, 4, 5))])
 

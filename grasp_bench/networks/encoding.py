@@ -38,7 +38,7 @@ def fill_holes(depth: NDArray[np.float32]) -> NDArray[np.float32]:
     )
     value = np.zeros(int(label.max()) + 1, np.float32)
     value[label[~holes]] = depth[~holes]
-    return value[label]
+    return value.take(label)
 
 
 def encode_depth(depth: NDArray[np.float32]) -> NDArray[np.float32]:

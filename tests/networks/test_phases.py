@@ -7,7 +7,7 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from grasp_bench.networks.htc_grasp import Tokenwise, Upsample
+from grasp_bench.networks.htc_grasp import ExternalAttention, Tokenwise, Upsample
 from grasp_bench.networks.phases import Transposed, interleaved
 
 
@@ -51,3 +51,15 @@ def test_linear_map_of_tokens(shape: tuple[int, ...]) -> None:
     layer = Tokenwise(4, 5).double()
     x = torch.randn(shape, dtype=torch.double)
     torch.testing.assert_close(layer.train()(x), layer.eval()(x))
+
+
+def test_external_attention_and_its_gradient() -> None:
+    torch.manual_seed(0)
+    layer = ExternalAttention(8, 2, memory=6)
+    x = torch.randn(2, 9, 8, requires_grad=True)
+    results = []
+    for mode in (True, False):
+        y = layer.train(mode)(x)
+        results.append([y, *torch.autograd.grad(y.square().sum(), [x, *layer.parameters()])])
+    for trained, used in zip(*results, strict=True):
+        torch.testing.assert_close(trained, used)

@@ -39,7 +39,7 @@ class Recorder:
     """Stands in for the ``mujoco`` module and for ``rollout`` in ``world``, and remembers every command."""
 
     def __init__(self) -> None:
-        self.tape: list[tuple[Any, int]] = []
+        self.tape: list[tuple[Any, int, tuple[int, int]]] = []
         self.start: Any = None
 
     def __getattr__(self, name: str) -> Any:
@@ -49,7 +49,7 @@ class Recorder:
         """Step, and remember."""
         if self.start is None:
             self.start = (model, data.qpos.copy(), data.qvel.copy())
-        self.tape.append((data.ctrl.copy(), count))
+        self.tape.append((data.ctrl.copy(), count, _options(model)))
         mujoco.mj_step(model, data, count)
 
     def rollout(
@@ -59,7 +59,7 @@ class Recorder:
         if self.start is None:
             self.start = (model, data.qpos.copy(), data.qvel.copy())
         starts = [0, *(np.flatnonzero((controls[1:] != controls[:-1]).any(1)) + 1), len(controls)]
-        self.tape += [(controls[a], int(b - a)) for a, b in pairwise(starts)]
+        self.tape += [(controls[a], int(b - a), _options(model)) for a, b in pairwise(starts)]
         rollout(model, data, state, controls, **options)
 
     def replay(self) -> tuple[float, int]:
@@ -68,13 +68,18 @@ class Recorder:
         data = mujoco.MjData(model)
         data.qpos[:], data.qvel[:] = qpos, qvel
         start = time.perf_counter()
-        for ctrl, count in self.tape:
+        for ctrl, count, (model.opt.noslip_iterations, model.opt.enableflags) in self.tape:
             data.ctrl[:] = ctrl
             mujoco.mj_step(model, data, count)
         seconds = time.perf_counter() - start
-        steps = sum(c for _, c in self.tape)
+        steps = sum(count for _, count, _ in self.tape)
         self.tape, self.start = [], None
         return seconds, steps
+
+
+def _options(model: mujoco.MjModel) -> tuple[int, int]:
+    """What a trial changes of a model between steps: no-slip iterations, and whether resting things sleep."""
+    return model.opt.noslip_iterations, model.opt.enableflags
 
 
 def main() -> None:

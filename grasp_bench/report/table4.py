@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from grasp_bench.report.clutter import attempts_in_words, in_words
+from grasp_bench.report.help import Merit, merit_table, merits
 from grasp_bench.report.paper import TABLE_4
 from grasp_bench.report.summary import Summary, worst_objects
 from grasp_bench.report.tables import RATE_HEAD, TextTable, rate_cells
@@ -65,14 +66,16 @@ PAPER = tuple(
 
 @dataclass(frozen=True)
 class Report:
-    """Figures of several runs."""
+    """Figures of several runs, and of each predictor with and without the planner's help."""
 
     runs: tuple[Summary, ...]
+    merits: tuple[Merit, ...] = ()
 
     @classmethod
     def of(cls, runs: Iterable[RunResults], root: Path | None = None) -> Report:
         """Return the report of all runs that hold a trial, named by their paths below ``root``."""
-        return cls(tuple(Summary.of(run, root) for run in runs if len(run)))
+        begun = [run for run in runs if len(run)]
+        return cls(tuple(Summary.of(run, root) for run in begun), tuple(merits(begun)))
 
     @property
     def rows(self) -> list[Row]:
@@ -88,16 +91,18 @@ class Report:
             "note": NOTE,
             "runs": [run.to_json() for run in self.runs],
             "table4": [row.to_json() for row in self.rows],
+            "merit": [merit.to_json() for merit in self.merits],
         }
 
     def tables(self) -> list[TextTable]:
-        """Return Table 4, and how the trials of each run ended."""
+        """Return Table 4, whose merit its rates are, and how the trials of each run ended."""
         rows = self.rows
         earlier = {r.run: f", definition {r.info.definition}" for r in self.runs if r.info.outdated}
         sources = [
             "paper, real robot" if row.run is None else row.run + earlier.get(row.run, "") for row in rows
         ]
-        return [table_4(rows, {"Source": sources}), *map(_endings, self.runs)]
+        merit = [merit_table(self.merits)] if self.merits else []
+        return [table_4(rows, {"Source": sources}), *merit, *map(_endings, self.runs)]
 
 
 def build_report(folders: Iterable[Path], root: Path | None = None) -> Report:

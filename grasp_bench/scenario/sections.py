@@ -164,6 +164,28 @@ class Motion(Section):
     shake: Shake = Shake()
 
 
+class Execution(Section):
+    """Whose grasp is carried out: the predictor's own, or the best that a planner makes of its proposals.
+
+    A file may name the protocol alone: ``execution: as-predicted``.
+
+    Attributes:
+        protocol: ``assisted``: the first of ``proposals`` grasps whose tips get deep, jaws as wide as that
+            takes. ``as-predicted``: the best grasp only, at its own centre, angle and width.
+        proposals: how many grasps count when assisted; what comes after them is not looked at.
+        clearance: added to the predicted width when carried out as predicted [m].
+    """
+
+    protocol: Literal["assisted", "as-predicted"] = "assisted"
+    proposals: Annotated[int, Field(ge=1, le=1000)] = 10
+    clearance: NonNegative = 0.0
+
+    @property
+    def assisted(self) -> bool:
+        """Whether the planner helps the predictor."""
+        return self.protocol == "assisted"
+
+
 class Success(Section):
     """When a trial is a success (paper, section 4.4)."""
 
@@ -198,11 +220,17 @@ class Scenario(Section):
     settling: Settling = Settling()
     gripper: Gripper = Gripper()
     motion: Motion = Motion()
+    execution: Execution = Execution()
     success: Success = Success()
     physics: Physics = Physics()
     objects: Objects = Objects()
     clutter: Clutter | None = None
     trial_timeout: Positive = 60.0
+
+    @field_validator("execution", mode="before")
+    @classmethod
+    def _protocol(cls, given: Any) -> Any:
+        return {"protocol": given} if isinstance(given, str) else given
 
     @model_validator(mode="after")
     def _consistent(self) -> Scenario:

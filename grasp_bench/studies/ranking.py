@@ -42,8 +42,8 @@ def ranking_table(race: Race, what: str) -> TextTable:
         f"Who is better: {in_words(race)}",
         ("Group", "Predictor", "Place", "Items", f"Mean {what}", "95 % interval"),
         rows,
-        note=f"{told} of {pairs} pairs told apart on {race.items} items, at a chance of {race.alpha:g} that any "
-        "pair is put in a wrong order, whenever one stops. Within a group there is no order. A predictor "
+        note=f"{told} of {pairs} pairs told apart on {race.items} items, at a chance of {race.alpha:g} that "
+        "any pair is put in a wrong order, whenever one stops. Within a group there is no order. A predictor "
         "leaves the race once it is told from all others. Intervals hold at all times, too.",
         numbers=(3, 4, 5),
     )

@@ -86,7 +86,7 @@ class SceneCamera:
             self._background = background
         region = self._region(model, data, body)
         rays = self.directions[region]
-        hits = _cast(model, data, self.pose.position, rays)
+        hits = cast(model, data, self.pose.position, rays)
         fresh = (hits.geom >= 0) & (model.geom_bodyid[hits.geom] == body)
         shaded = _shade(model, rays[fresh], Hits._make(of[fresh] for of in hits))
         whole = Picture._make(channel.copy() for channel in self._background)
@@ -140,7 +140,7 @@ def raycast(
     """
     shape = directions.shape[:2]
     rays = np.ascontiguousarray(directions.reshape(-1, 3))
-    picture = _shade(model, rays, _cast(model, data, origin, rays, exclude))
+    picture = _shade(model, rays, cast(model, data, origin, rays, exclude))
     return Picture._make(channel.reshape(*shape, *channel.shape[1:]) for channel in picture)
 
 
@@ -158,7 +158,7 @@ class Hits(NamedTuple):
     normal: NDArray[np.float64]
 
 
-def _cast(
+def cast(
     model: mujoco.MjModel,
     data: mujoco.MjData,
     origin: NDArray[np.float64],

@@ -72,7 +72,7 @@ def show_command(
     count: Annotated[int, typer.Option(help="Scenes to show.", min=1)] = 8,
     out: Annotated[Path, typer.Option("--out", "-o", help="PNG to write.")] = Path("samples.png"),
 ) -> None:
-    """Draw samples of a data set: colour with good grasps, depth, quality and angle.
+    """Draw samples of a data set: grasps that held and as people draw them, height, quality, angle.
 
     Shows generated scenes, and Cornell or Jacquard as training sees them.
     """

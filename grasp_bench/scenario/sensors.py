@@ -120,7 +120,7 @@ PRESETS: dict[str, dict[str, Any]] = {
     "kinect-v1": {
         "axial_sigma": 0.0012, "axial_sigma_per_metre": 0.0, "axial_sigma_per_metre2": 0.0019,
         "axial_onset": 0.4, "depth_step_per_metre2": 0.00285, "lateral_sigma_px": 0.8, "mixed_pixels": 0.05,
-        "edge_dropout": 0.6, "grazing_angle_deg": 75.0, "dark_albedo": 0.04, "dark_dropout": 0.9,
+        "edge_dropout": 0.6, "grazing_angle_deg": 75.0, "dark_albedo": 0.02, "dark_dropout": 0.9,
         "shiny_dropout": 0.6, "distant_onset": 2.0, "distant_dropout": 0.2, "minimum_range": 0.4,
         "maximum_range": 3.0, "rgb_shot_noise": 0.03, "projector_baseline": 0.075, "window_px": 1},
     "stereo": {

@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 Image = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
+BESIDE = 0.25
+"""Pixels that a second viewpoint sees nearer to each other than this hide each other."""
+
 
 def projector_shadow(depth: Image, focal: float, baseline: float) -> Mask:
     """Return the pixels (H, W) that see what a second viewpoint does not: a projector or another camera.
@@ -22,17 +25,16 @@ def projector_shadow(depth: Image, focal: float, baseline: float) -> Mask:
         focal: focal length [px].
         baseline: how far the second viewpoint lies to the right of the camera, negative for the left [m].
 
-    Along a row, what is at column u and depth z is at u − f·b/z seen from there. Whatever lies behind the
-    greatest such column of all pixels before it (the least, of a viewpoint to the left) is hidden.
+    Along a row, what is at column u and depth z is at u' = u − f·b/z seen from there. Of a viewpoint to the
+    right, a pixel is hidden where another one farther right has no greater u', and the other way round.
     """
-    columns = np.arange(depth.shape[1], dtype=np.float32)
-    shifted = np.where(depth > 0, columns - focal * abs(baseline) / np.maximum(depth, 1e-3), columns)
+    shift = focal * baseline / np.where(depth > 0, depth, np.inf)
+    seen = np.arange(depth.shape[1], dtype=np.float32) - shift
     if baseline < 0:
-        shifted = np.where(depth > 0, columns + focal * abs(baseline) / np.maximum(depth, 1e-3), columns)
-        reached = np.minimum.accumulate(shifted[:, ::-1], axis=1)[:, ::-1]
-        return shifted > reached + 0.75
-    reached = np.maximum.accumulate(shifted, axis=1)
-    return shifted < reached - 0.75
+        reached = np.maximum.accumulate(seen, axis=1)[:, :-1]
+        return np.pad(reached > seen[:, 1:] - BESIDE, ((0, 0), (1, 0)))
+    reached = np.minimum.accumulate(seen[:, ::-1], axis=1)[:, ::-1][:, 1:]
+    return np.pad(reached < seen[:, :-1] + BESIDE, ((0, 0), (0, 1)))
 
 
 def matched(depth: Image, size: int) -> Image:

@@ -15,15 +15,28 @@ from numpy.typing import NDArray
 from grasp_bench.scenario.look import Lamp, Look, Texture
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import FLOOR, TABLE
-from grasp_bench.scene.rendering import SHOWN_GROUPS, Hits, Picture, cast, geom_colors, surfaces
+from grasp_bench.scene.rendering import SHOWN_GROUPS, Draw, Hits, Picture, cast, geom_colors, surfaces
 from grasp_bench.scene.surroundings import fixture_name
 from grasp_bench.scene.textures import amount
 from grasp_bench.system.arrays import Floats
 
 GAMMA = 2.2
 SHADOW_STRIDE = 2
+SHARPEST = 0.3
+"""Smoother surfaces have the highlights of this roughness: sharper ones fall between the pixels."""
 LIT = 0.995
 """A shadow ray that gets so far of its way reaches the surface."""
+
+
+def drawer(scenario: Scenario) -> Draw | None:
+    """Return what draws pictures with the scenario's look; None where it has none."""
+    if scenario.look is None:
+        return None
+
+    def draw(model: mujoco.MjModel, data: mujoco.MjData, origin: Floats, directions: Floats) -> Picture:
+        return Shader(scenario, model).picture(data, origin, directions)
+
+    return draw
 
 
 class Shader:
@@ -111,7 +124,7 @@ class Shader:
         light = np.tile(look.ambient * np.array(look.ambient_color), (len(points), 1))
         gloss = np.zeros_like(light)
         smooth = np.append(1 - self._roughness, 0.0)[hits.geom]
-        exponent = 2 / np.clip(np.append(self._roughness, 1.0)[hits.geom], 0.12, 1) ** 4
+        exponent = 2 / np.clip(np.append(self._roughness, 1.0)[hits.geom], SHARPEST, 1) ** 4
         view = -rays / np.linalg.norm(rays, axis=1)[:, None]
         for lamp in look.lamps:
             way = np.array(lamp.position) - points

@@ -10,6 +10,8 @@ depends on (seed, index) and the parameters only. The format is that of
     source      int8    (M,)      where each is from, see :data:`grasp_bench.learning.data.candidates.SOURCES`
     objects     int64   ()        how many there are
     intrinsics  float64 (4,)      fx, fy, cx, cy of the stored image [px]
+    annotated   float32 (K, 6)    grasps that held as people draw them, see
+                                  :mod:`grasp_bench.learning.data.stages.annotating`; not in plain scenes
     camera_position, camera_rotation   float64 (3,) [m] and (3, 3), columns are camera axes
 """
 
@@ -32,6 +34,7 @@ from grasp_bench.learning.data import labels
 from grasp_bench.learning.data.candidates import Candidates, propose
 from grasp_bench.learning.data.random_shapes import RandomObject, random_color, random_object
 from grasp_bench.learning.data.scenes import packed
+from grasp_bench.learning.data.stages.annotating import annotated
 from grasp_bench.learning.data.stages.owning import OBJECTS_ONLY, only_of_objects
 from grasp_bench.learning.data.stages.shot import Shot, shoot
 from grasp_bench.learning.data.stages.staging import Stage, draw_stage, noisier
@@ -219,6 +222,7 @@ def record(
     if fixed:
         maps = shot.masked(maps, gripper.model)
         grasps = grasps[shot.shows(grasps[:, :2])]
+        maps["annotated"] = annotated(grasps, shot.objects(gripper.model), shot.scale)
     return {
         "rgb": shot.rgb,
         "depth": packed(shot.depth),

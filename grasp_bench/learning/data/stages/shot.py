@@ -66,13 +66,19 @@ class Shot(NamedTuple):
         table = (np.abs(height) < ON_TABLE) & self.seen & (self.truth.depth > 0)
         level = np.median(self.depth[self.depth > 0]) - self.depth[table & (self.depth > 0)]
         margin = (len(rays) - WINDOW) // 2
-        shown = self._objects(model)[margin : margin + WINDOW, margin : margin + WINDOW]
+        shown = self.objects(model)[margin : margin + WINDOW, margin : margin + WINDOW]
         return bool(
             shown.sum() >= LEAST_PIXELS
             and table.mean() > LEAST_TABLE
             and len(level)
             and np.abs(level).mean() < UNEVEN
         )
+
+    @property
+    def scale(self) -> float:
+        """Pixels a metre on the table in the middle of the picture."""
+        down = -float(self.pose.rotation[2, 2])
+        return self.intrinsics.fx / (float(self.pose.position[2]) / max(down, 0.1))
 
     def shows(self, pixels: NDArray[np.floating]) -> NDArray[np.bool_]:
         """Return which of ``pixels`` (N, 2) the camera looked at."""
@@ -88,7 +94,7 @@ class Shot(NamedTuple):
         keep = self.seen & down & ~around[self.truth.geom]
         return {name: np.where(keep, values, 0).astype(values.dtype) for name, values in maps.items()}
 
-    def _objects(self, model: mujoco.MjModel) -> NDArray[np.bool_]:
+    def objects(self, model: mujoco.MjModel) -> NDArray[np.bool_]:
         """Return the (S, S) pixels that show an object."""
         movable = np.append(model.body_weldid[model.geom_bodyid] != 0, False)
         return movable[self.truth.geom] & self.seen

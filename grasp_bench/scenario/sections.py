@@ -13,7 +13,9 @@ from pydantic import Field, field_validator, model_validator
 from grasp_bench.camera import CameraPose, Intrinsics
 from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.scenario.fields import Fraction, NonNegative, Positive, Section, Vector
+from grasp_bench.scenario.look import Look
 from grasp_bench.scenario.sensors import Sensor
+from grasp_bench.scenario.surroundings import Surroundings
 
 VERSION = 2
 """Of the definition of a trial (docs/definition.md): only trials of this version are carried out, results of
@@ -220,6 +222,8 @@ class Scenario(Section):
     sensor: Sensor = Sensor()
     calibration: Calibration = Calibration()
     light: Light = Light()
+    look: Look | None = None
+    surroundings: Surroundings | None = None
     table: Table = Table()
     settling: Settling = Settling()
     gripper: Gripper = Gripper()

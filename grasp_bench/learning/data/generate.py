@@ -9,7 +9,7 @@ import platform
 import zipfile
 from collections.abc import Callable
 from concurrent.futures import Future, as_completed
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -98,7 +98,7 @@ def generate(
 def _check_config(out: Path, seed: int, config: SynthConfig) -> None:
     import mujoco
 
-    wanted = {"format": FORMAT, "seed": seed, "config": asdict(config)}
+    wanted = {"format": FORMAT, "seed": seed, "config": config.described()}
     path = out / "config.json"
     if path.is_file():
         found = {k: v for k, v in json.loads(path.read_text()).items() if k in wanted}

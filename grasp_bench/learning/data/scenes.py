@@ -10,7 +10,11 @@ A folder has ``index.jsonl``, one scene a line: {"scene": "000123",
     width       float16 (S, S)    of that grasp [px]
     grasps      float32 (N, 5)    good ones: x, y [px], angle [rad], width [px], quality
 
-and may hold more, such as ``depth_true``, which is not read.
+and may hold
+
+    annotated   float32 (K, 6)    x, y [px], angle [rad], width, height [px], quality: as people draw grasps
+
+and more, such as ``depth_true``, which is not read.
 """
 
 from __future__ import annotations
@@ -53,7 +57,7 @@ def unpacked(depth: NDArray[np.uint16]) -> NDArray[np.float32]:
 
 @dataclass(frozen=True)
 class Scene:
-    """One scene as stored; the arrays are those listed at the top of this module."""
+    """One scene as stored; the arrays are those listed at the top of this module, None what it lacks."""
 
     name: str
     rgb: NDArray[np.uint8]
@@ -62,6 +66,7 @@ class Scene:
     angle: NDArray[np.float16]
     width: NDArray[np.float16]
     grasps: NDArray[np.float32]
+    annotated: NDArray[np.float32] | None = None
 
     @property
     def size(self) -> int:
@@ -114,13 +119,16 @@ def load_scene(path: Path, crop: int = 0) -> Scene:
     try:
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in _ARRAYS}
+            annotated = file.get("annotated")
     except Exception as error:  # damaged archives raise nearly anything, even tokenizer errors
         raise AssetError(
             f"Scene {path} is truncated or lacks an array ({type(error).__name__}: {error}); "
             f"delete it and generate it again."
         ) from error
     _check(path, arrays, crop)
-    return Scene(path.stem, **arrays)
+    if annotated is not None and (annotated.ndim != 2 or annotated.shape[1] != 6):
+        raise AssetError(f"Scene {path}: annotated must be (K, 6), is {annotated.shape}; generate it again.")
+    return Scene(path.stem, **arrays, annotated=annotated)
 
 
 def _check(path: Path, arrays: dict[str, NDArray], crop: int) -> None:

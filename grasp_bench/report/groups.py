@@ -11,11 +11,14 @@ from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.report.compare import REFERENCE
 from grasp_bench.report.summary import Summary
 from grasp_bench.runs.folder import TRIALS
+from grasp_bench.runs.info import RunInfo
 from grasp_bench.runs.results import RunResults
 from grasp_bench.runs.statistics import Rate
 
 PAPERS = "table4"
 """Scenario that stands beside the paper's Table 4."""
+DEVELOPED_ON = 0
+"""Seed of that scenario on whose trials the planner and the shipped weights were developed."""
 LATER = 10.0
 """Seconds by which a run must be newer than all others to be the one that was made last."""
 
@@ -30,7 +33,8 @@ class Group:
         runs: their positions in the list, best first, controls last.
         seeds: their seeds, in order.
         pooled: successes of all together, where the same predictor tried the same with several seeds.
-        alike: whether all are of the same scenario, seed and number of trials.
+        alike: whether all are of the same scenario, seed, objects and number of trials.
+        of_the_paper: whether the rows of the paper's Table 4 belong above these.
     """
 
     title: str
@@ -39,16 +43,17 @@ class Group:
     seeds: tuple[int, ...]
     pooled: Rate | None
     alike: bool
-
-    @property
-    def of_the_paper(self) -> bool:
-        """Whether the paper's rows belong above these."""
-        return self.scenario == PAPERS and self.alike
+    of_the_paper: bool
 
 
 def is_control(predictor: str) -> bool:
     """Return whether a predictor is a control: a bound or a heuristic, no contestant."""
     return predictor in SHIPPED and SHIPPED[predictor].kind == "control"
+
+
+def beside_the_paper(run: RunInfo) -> bool:
+    """Return whether a run's rate belongs below the rows of the paper's Table 4."""
+    return run.scenario_name == PAPERS and not run.cluttered
 
 
 def grouped(runs: Sequence[Summary], first: int | None = None) -> list[Group]:
@@ -87,13 +92,16 @@ def _group(found: Sequence[int], runs: Sequence[Summary]) -> Group:
     else:
         trials = f"{counts[0]} {_unit(runs[order[0]])}{' each' if len(seeds) + len(labels) > 2 else ''}"
     scenario = labels[0] if len(labels) == 1 else f"{len(labels)} scenarios"
+    of_the_paper = all(beside_the_paper(runs[i].info) for i in order)
+    developed = "development " if of_the_paper and seeds == (DEVELOPED_ON,) else ""
     return Group(
-        f"{scenario}, {_seeds(seeds)}, {trials}",
+        f"{scenario}, {developed}{_seeds(seeds)}, {trials}",
         labels[0] if len(labels) == 1 else None,
         tuple(order),
         seeds,
         pooled,
         _same(order, runs),
+        of_the_paper,
     )
 
 

@@ -83,8 +83,8 @@ def test_groups_are_by_scenario_best_first_and_controls_last(opened: Opened) -> 
         "parseFloat(r.querySelector('.rate').textContent)]), g.querySelectorAll('.paper').length])"
     )
     assert [g[0] for g in groups] == [
-        "Table 4, re-measured: table4, seed 0, 180 trials",
-        "table4, seed 0, 24 trials",
+        "Table 4, re-measured: table4, development seed 0, 180 trials",
+        "table4, development seed 0, 24 trials",
         "table4, seeds 5 to 9, 180 trials each",
         "9 scenarios, seed 0, 180 trials each",
     ]

@@ -9,13 +9,17 @@ from grasp_bench.objects.catalog import Catalog
 from grasp_bench.report import breakdown
 from grasp_bench.report.clutter import attempts_in_words, in_words
 from grasp_bench.report.compare import SharedTrials, Versus
-from grasp_bench.report.groups import grouped, is_control, made_last, newest, reference
+from grasp_bench.report.groups import DEVELOPED_ON, grouped, is_control, made_last, newest, reference
 from grasp_bench.report.html import figures
 from grasp_bench.report.html.trials import rows_of
 from grasp_bench.report.table4 import NOTE, PAPER, Report
 from grasp_bench.runs.results import RunResults
 
 DEFINITIONS = (
+    (
+        f"development seed {DEVELOPED_ON}",
+        "planner and shipped weights were developed on its trials: quote the rates of fresh seeds.",
+    ),
     ("95 % interval", "Wilson score interval of k/n: rates as far apart as its ends fit the trials as well."),
     (
         "control",

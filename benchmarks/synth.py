@@ -59,7 +59,7 @@ class Both(BriefTries):
 def tries(seed: int, scenes: int) -> None:
     """Compare brief tries with full ones."""
     cv2.setNumThreads(1)
-    synthetic.BriefTries = Both  # pyright: ignore[reportAttributeAccessIssue]
+    synthetic.BriefTries = Both
     synthetic.make_scene(seed, scenes, synthetic.SynthConfig())  # imports and caches
     Both.said.clear()
     Both.spent[:] = 0

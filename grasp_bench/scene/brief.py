@@ -24,12 +24,13 @@ FALL_ASLEEP = 30
 """Steps in which they must; else they stay awake, which costs time only."""
 PAUSE = 0.02
 """Time of standing still after the fingers have met resistance [s]."""
-RISE = 0.03
-"""How much of the lift is looked at [s]: its sudden start pulls at the object with several g."""
+RISE, RISES = 0.03, 3
+"""Time of the lift that is looked at [s], and how often: its sudden start pulls at the object with several g,
+and what shifts then may sit firm after it."""
 CHUNK = 5
 """Steps between two commands."""
 SHIFT, TURN, SPEED, SPIN = 0.0008, 0.02, 0.03, 0.5
-"""A grasp is firm when the object moved and turned less than this in the gripper during the rise [m, rad] and
+"""A grasp is firm when the object moved and turned less than this in the gripper during a rise [m, rad] and
 is slower than this against it at the end [m/s, rad/s]; the gripper itself then gives way by 0.4 mm."""
 MET = 0.001
 """Fingers nearer to their closed position than this have met [m]."""
@@ -110,15 +111,18 @@ class BriefTries:
         return not touched and bool((data.qpos[gripper.fingers] < MET).all())
 
     def _rises(self, grip: int) -> bool:
-        """Begin the lift; return whether object ``grip`` sits firm."""
+        """Begin the lift; return whether object ``grip`` comes to sit firm."""
+        start = float(self._gripper.data.ctrl[self._gripper.carrier_u[2]])
+        return any(self._rises_firmly(grip, start + i * RISE * QUICK.lift_speed) for i in range(RISES))
+
+    def _rises_firmly(self, grip: int, height: float) -> bool:
         gripper = self._gripper
         model, data = gripper.model, gripper.data
-        q, v, up = gripper.object_q[grip], gripper.object_v[grip], gripper.carrier_u[2]
-        carrier = gripper.carrier_q[:3]
-        before, height = data.qpos[q : q + 7].copy(), float(data.ctrl[up])
+        q, v, carrier = gripper.object_q[grip], gripper.object_v[grip], gripper.carrier_q[:3]
+        before = data.qpos[q : q + 7].copy()
         offset = before[:3] - data.qpos[carrier]
         for t in np.arange(0, RISE - 1e-9, CHUNK * model.opt.timestep):
-            data.ctrl[up] = height + QUICK.lift_speed * t
+            data.ctrl[gripper.carrier_u[2]] = height + QUICK.lift_speed * t
             mujoco.mj_step(model, data, CHUNK)
         turned = np.zeros(3)
         mujoco.mju_subQuat(turned, data.qpos[q + 3 : q + 7], before[3:])

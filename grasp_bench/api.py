@@ -16,6 +16,7 @@ from grasp_bench.execution.runner import RunSummary
 from grasp_bench.execution.runner import run as run_trials
 from grasp_bench.media.modes import check_mode
 from grasp_bench.objects.catalog import Catalog, ObjectModel
+from grasp_bench.predictors.guard import Guard
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.report.run import Run
 from grasp_bench.runs.info import RUN
@@ -24,6 +25,7 @@ from grasp_bench.runs.record import TrialRecord
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.system.graphics import prepare, resolve_renderer
+from grasp_bench.system.interrupts import told_apart
 from grasp_bench.system.progress import Progress
 
 PathLike = str | os.PathLike[str]
@@ -124,7 +126,7 @@ def run(
         resolve_renderer(renderer),
         check_mode(media),
         rerun is not None,
-        folder,
+        folder.absolute(),
     )
     jobs = spread(names, len(names) if trials is None else trials, part)
     if not len(jobs):
@@ -138,12 +140,15 @@ def run(
     chosen_executor = None
     if here is None:
         chosen_executor = make_executor(executor, workers or 0, memory_limit=limit, ray_address=ray_address)
-    with _reporting(progress, len(jobs)) as on_trial:
+    if here is not None:  # it may change the current folder
+        folder = folder.absolute()
+    log = None if rerun is None else Path(rerun).absolute()
+    with told_apart(), _reporting(progress, len(jobs)) as on_trial:
         summary = run_trials(settings, jobs, folder, 1, on_trial, here, chosen_executor)
-    if rerun is not None:
+    if log is not None:
         from grasp_bench.media.rerun_log import join_parts
 
-        join_parts(folder, Path(rerun))
+        join_parts(folder, log)
     return FinishedRun(summary)
 
 
@@ -185,12 +190,10 @@ def named(predictor: str | type | Predictor) -> tuple[str, Predictor | None]:
     name = f"{cls.__module__}:{cls.__qualname__}"
     if predictor is cls and cls.__module__ != "__main__" and _importable(cls):
         return name, None
-    try:
+    with Guard(f"{name} could not be made:"):
         made: Any = cls() if predictor is cls else predictor
-    except Exception as error:
-        raise PredictorError(f"{name} could not be made: {type(error).__name__}: {error}") from error
-    if not callable(getattr(made, "predict", None)):
-        raise PredictorError(f"{name} has no method predict(image: RgbdImage) -> list[Grasp]")
+        if not callable(getattr(made, "predict", None)):
+            raise PredictorError(f"{name} has no method predict(image: RgbdImage) -> list[Grasp]")
     return name, made
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 from pathlib import Path
 from typing import Annotated
 
@@ -10,7 +11,7 @@ import typer
 
 from grasp_bench.cli import completion
 from grasp_bench.runs.limits import ErrorLimit
-from grasp_bench.system.interrupts import terminate_as_interrupt
+from grasp_bench.system.interrupts import told_apart
 from grasp_bench.system.progress import Progress
 
 
@@ -105,7 +106,8 @@ def run_command(
 
     console = Console(quiet=quiet or as_json)
     allowed = ErrorLimit.parse(max_errors)
-    with terminate_as_interrupt(), Progress(len(spread(["any"], trials, Shard.parse(shard))), console) as bar:
+    stops = told_apart(signal.SIGINT, signal.SIGTERM)
+    with stops, Progress(len(spread(["any"], trials, Shard.parse(shard))), console) as bar:
         done = api.run(
             objects,
             trials,

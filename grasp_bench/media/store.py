@@ -21,7 +21,9 @@ from grasp_bench.media.pictures import TILE, Rgb
 from grasp_bench.media.recording import Recording
 from grasp_bench.media.takes import Take
 from grasp_bench.scenario.sections import Scenario
+from grasp_bench.system import interrupts
 from grasp_bench.system.integrity import write_whole
+from grasp_bench.system.texts import raised
 from grasp_bench.trials.attempt import Trial
 
 FOLDER = "media"
@@ -96,7 +98,9 @@ class PictureRecorder(Recording):
             if wanted(self._mode, done.record.success) and take.moved:
                 with Filmer(done.world.model, self._scenario, CLIP_SIZE) as filmer:
                     write_whole(clip, _webp([filmer.shoot(m.qpos) for m in take.moments], 42))
-        except Exception as error:  # a full disk, a foreign predictor's odd maps
+        except BaseException as error:  # a full disk, a foreign predictor's odd maps
+            if interrupts.by_user(error):
+                raise
             note_fault(self._run, number, error, self._attempt)
 
     def _sheet(self, take: Take) -> Rgb:
@@ -118,12 +122,10 @@ def faults(run: Path) -> dict[int, str]:
     return found
 
 
-def note_fault(run: Path, trial: int, error: Exception, attempt: int | None = None) -> None:
+def note_fault(run: Path, trial: int, error: BaseException, attempt: int | None = None) -> None:
     """Write down why something of a try could not be stored, if that can be written."""
     with suppress(OSError):
-        (run / FOLDER / f"{stem(trial, attempt)}.txt").write_text(
-            f"{type(error).__name__}: {error}\n", encoding="utf-8"
-        )
+        write_whole(run / FOLDER / f"{stem(trial, attempt)}.txt", f"{raised(error)}\n".encode())
 
 
 def _paths(run: Path, trial: int, attempt: int | None) -> tuple[Path, Path]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -15,9 +15,12 @@ from grasp_bench.networks.registry import info, input_kind
 from grasp_bench.networks.spec import Kind
 from grasp_bench.networks.store import stored_input
 from grasp_bench.predictors.level import level_view
+from grasp_bench.predictors.tabletop import levelled
 
 if TYPE_CHECKING:
     import torch
+
+Level = Literal["camera", "table", "none"]
 
 
 class NetworkPredictor:
@@ -31,7 +34,9 @@ class NetworkPredictor:
         name: a registered network.
         weights: safetensors file; by default the shipped one.
         peaks: greatest number of grasps returned.
-        level: show the network a tilted camera's picture as one from straight above.
+        level: 'camera' shows the network a tilted camera's picture as one from straight above; 'table'
+            takes a fitted surface off the depth in the crop, for depth that no pinhole camera measured such
+            as Cornell's (see :mod:`grasp_bench.predictors.tabletop`); 'none' shows pictures as they are.
 
     Attributes:
         crop_origin: (x, y) of the crop's corner in the last image [px], negative if padded.
@@ -41,7 +46,7 @@ class NetworkPredictor:
     """
 
     def __init__(
-        self, name: str = "htc-grasp", weights: Path | None = None, peaks: int = 10, level: bool = True
+        self, name: str = "htc-grasp", weights: Path | None = None, peaks: int = 10, level: Level = "camera"
     ) -> None:
         import torch
 
@@ -64,7 +69,7 @@ class NetworkPredictor:
         Networks are trained on tables seen from straight above; see :mod:`grasp_bench.predictors.level` for
         what becomes of others.
         """
-        view = level_view(image) if self.level else None
+        view = level_view(image) if self.level == "camera" else None
         if view is None:
             return self._predict(image)
         grasps = view.inside(self._predict(view.image))
@@ -84,6 +89,8 @@ class NetworkPredictor:
     def maps(self, image: RgbdImage) -> GraspMaps:
         """Return the network's maps of the crop at ``crop_origin``, not smoothed."""
         rgb, depth, self.crop_origin = centre_crop(image, self.crop)
+        if self.level == "table":
+            depth = levelled(depth, self.crop)
         return maps_from_output(self._forward(to_input(rgb, depth, self.kind)))
 
     def _forward(self, x: np.ndarray) -> torch.Tensor:

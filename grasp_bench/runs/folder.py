@@ -22,6 +22,8 @@ from grasp_bench.runs.differences import listed
 from grasp_bench.runs.info import RESUMABLE, RUN, RunInfo
 from grasp_bench.runs.lines import read_lines, scan
 from grasp_bench.runs.record import Timings, TrialRecord
+from grasp_bench.runs.schema import strict_json
+from grasp_bench.system.files import read_text
 from grasp_bench.system.integrity import replacing, sync_folder, write_whole
 
 TRIALS, TIMINGS = "trials.jsonl", "timings.jsonl"
@@ -220,12 +222,12 @@ def load_run(folder: Path) -> RunInfo:
     """
     path = folder / RUN
     try:
-        return RunInfo.read(json.loads(path.read_text(encoding="utf-8")))
+        return RunInfo.read(strict_json(read_text(path)))
     except FileNotFoundError as error:
         raise ResultsError(f"{folder} holds no {RUN}; name a folder written by `grasp-bench run`.") from error
     except OSError as error:
         raise ResultsError(f"{path} cannot be read ({error.strerror}).") from error
-    except (ValueError, RecursionError) as error:
+    except ValueError as error:
         raise ResultsError(
             f"{path} is damaged ({error}); restore it or run again into a new folder."
         ) from error

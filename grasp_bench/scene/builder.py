@@ -39,7 +39,8 @@ ROLLING_FRICTION = 1.5e-3
 lie on a small round patch rock for seconds."""
 
 NOT_IN_THE_MODEL: set[str] = set(
-    "name description sensor calibration light look settling motion success clutter trial_timeout".split()
+    "name description sensor calibration light look settling motion execution success clutter "
+    "trial_timeout".split()
 )
 """Sections of a scenario that compiled models do not depend on."""
 
@@ -91,7 +92,7 @@ def add_object(root: Any, model: SceneObject, scenario: Scenario, name: str = OB
     inertia = heavier * model.inertia
     body.add(
         "inertial",
-        pos=[0, 0, 0],
+        pos=[1e-3 * c for c in scenario.objects.centre_of_mass_mm],
         mass=heavier * model.mass,
         fullinertia=inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]],
     )
@@ -201,7 +202,7 @@ def new_world(scenario: Scenario) -> Any:
     root.option.integrator = "implicitfast"
     root.option.solver = "Newton"
     root.option.jacobian = "dense"
-    root.option.cone = "elliptic"
+    root.option.cone = physics.cone
     root.option.impratio = physics.impratio
     root.option.noslip_iterations = physics.noslip_iterations
     root.size.nuser_geom = 1

@@ -96,6 +96,8 @@ def attempt(
             grasp=grasp,
             rank=rank,
             pose=done.plan.pose if done.plan else None,
+            widening_mm=1000 * done.plan.widening if done.plan else None,
+            shortfall_mm=1000 * done.plan.shortfall if done.plan else None,
             sim_steps=done.world.steps if done.world else 0,
             **({} if execution is None else execution.measured),
         )

@@ -26,7 +26,7 @@ from grasp_bench.system.spawning import SpawnContext
 if TYPE_CHECKING:
     from grasp_bench.learning.data.synthetic import SynthConfig
 
-FORMAT = 2
+FORMAT = 3
 """Raise this when the same seed would give other scenes."""
 TIMEOUT = 60
 """Seconds after which a scene is given up."""

@@ -43,8 +43,9 @@ from grasp_bench.planning import heightfield
 from grasp_bench.planning.heightfield import CELL, HeightField
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.scenario.sections import Scenario
+from grasp_bench.scene.brief import BriefTries
 from grasp_bench.scene.builder import TABLE
-from grasp_bench.scene.floating import QUICK, FloatingGripper, compile_floating
+from grasp_bench.scene.floating import FloatingGripper, compile_floating
 from grasp_bench.scene.rendering import SHOWN_GROUPS, Picture, raycast
 from grasp_bench.scene.sensor import sense
 from grasp_bench.system.arrays import Floats
@@ -294,10 +295,10 @@ def _owner(gripper: FloatingGripper, picture: Picture, count: int) -> NDArray[np
 
 def _attempts(gripper: FloatingGripper, tried: Candidates, centre: NDArray[np.floating]) -> NDArray[np.bool_]:
     """Try grasps about the world points ``centre`` (M, 3); return (M,) whether each held."""
-    state = gripper.state()
+    tries = BriefTries(gripper)
     return np.array(
         [
-            gripper.attempt(state, np.array([x, y, tip]), float(yaw), float(opening), QUICK).held
+            tries.holds(np.array([x, y, tip]), float(yaw), float(opening))
             for (x, y, _), tip, yaw, opening in zip(centre, tried.tip, tried.yaw, tried.opening, strict=True)
         ],
         bool,

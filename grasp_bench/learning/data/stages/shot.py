@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from grasp_bench.camera import CameraPose, Intrinsics
 from grasp_bench.learning.data.framing import Frame
-from grasp_bench.learning.data.levelling import levelled
 from grasp_bench.learning.data.stages.staging import Stage
 from grasp_bench.predictors.level import LevelView, level_view
+from grasp_bench.predictors.tabletop import levelled
 from grasp_bench.scene.rendering import Picture, raycast, surfaces
 from grasp_bench.scene.sensor import sense
 from grasp_bench.scene.shading import Shader

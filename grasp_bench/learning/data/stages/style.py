@@ -32,7 +32,7 @@ class CameraStyle(Section):
             as it takes, so that heights and fields of view that go with no width in ``width`` are drawn anew.
         width: of the camera's picture [px]; it is 3/4 as high.
         detrended: share of tilted views that stay as they are but for their depth, from which the table's
-            surface is taken as it is from real data sets' (:mod:`grasp_bench.learning.data.levelling`). The
+            surface is taken as it is from real data sets' (:mod:`grasp_bench.predictors.tabletop`). The
             others are turned face on as in trials (:mod:`grasp_bench.predictors.level`).
     """
 

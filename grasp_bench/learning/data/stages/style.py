@@ -64,7 +64,7 @@ class SurroundingsStyle(Section):
         flat: sheets of paper, cables and stickers on the table.
     """
 
-    wall: Fraction = 0.5
+    wall: Fraction = 0.6
     corner: Fraction = 0.3
     wall_distance: Range = (0.5, 1.3)
     same_color: Fraction = 0.4
@@ -127,9 +127,9 @@ class ColourStyle(Section):
     table_texture: Fraction = 0.5
     wall_texture: Fraction = 0.3
     object_texture: Fraction = 0.4
-    white: Fraction = 0.3
+    white: Fraction = 0.4
     vivid: Fraction = 0.2
-    brightness: Range = (0.3, 0.72)
+    brightness: Range = (0.3, 0.88)
     balance: NonNegative = 0.06
     grain: Range = (0.5, 6.0)
     blur: Range = (0.0, 1.2)

@@ -42,8 +42,8 @@ class CameraStyle(Section):
     roll_deg: Range = (-20.0, 20.0)
     fov_deg: Range = (45.0, 90.0)
     off_centre: NonNegative = 0.06
-    pixels_per_metre: Range = (380.0, 850.0)
-    width: Range = (430.0, 800.0)
+    pixels_per_metre: Range = (260.0, 900.0)
+    width: Range = (340.0, 900.0)
     detrended: Fraction = 0.6
 
 

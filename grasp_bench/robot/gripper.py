@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -61,6 +62,15 @@ class Gripper:
 
         files(self.folder)
         return measure(model_file(self.folder, self.facts.model), self.facts)
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 over all files of its folder."""
+        digest = hashlib.sha256()
+        for path in files(self.folder):
+            digest.update(f"{path.relative_to(self.folder).as_posix()}|{path.stat().st_size}|".encode())
+            digest.update(path.read_bytes())
+        return digest.hexdigest()
 
     @property
     def title(self) -> str:

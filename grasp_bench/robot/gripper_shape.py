@@ -170,9 +170,9 @@ def measure(path: Path, facts: GripperFile) -> GripperShape:
         flange_to_tcp=_um(at[2]),
         force_ratio=round(ratio, 6),
         mass=round(float(model.body_mass.sum()), 6),
-        joints=tuple(model.joint(j).name for j in joints),  # type: ignore[arg-type]
-        closed=tuple(_um(v) for v in closed),  # type: ignore[arg-type]
-        slopes=tuple(float(v) for v in slopes),  # type: ignore[arg-type]
+        joints=(model.joint(joints[0]).name, model.joint(joints[1]).name),
+        closed=(_um(closed[0]), _um(closed[1])),
+        slopes=(float(slopes[0]), float(slopes[1])),
         strongest=float(pressing / ratio),
     )
 

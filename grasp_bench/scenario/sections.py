@@ -282,8 +282,10 @@ class Scenario(Section):
             value = getattr(asked, key)
             if not least <= value <= most:
                 side, limit = ("greater", least) if value < least else ("less", most)
-                words = f"Input should be {side} than or equal to {limit:g} with gripper {able.name}"
-                faults.append({"type": PydanticCustomError("beyond", words), "loc": (key,), "input": value})
+                told = {"side": side, "limit": f"{limit:g}", "name": able.name}
+                words = "Input should be {side} than or equal to {limit} with gripper {name}"
+                kind = PydanticCustomError("beyond", words, told)
+                faults.append({"type": kind, "loc": (key,), "input": value})
         if faults:
             raise ValidationError.from_exception_data("Gripper", faults)
         return asked

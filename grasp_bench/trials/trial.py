@@ -33,7 +33,7 @@ def run_trial(
         seed: the run's seed.
         observer: called after every sample of the arm's motion, for films and logs.
     """
-    streams = Streams(seed, model.name, attempt)
+    streams, model = Streams(seed, model.name, attempt), cell.fitted(model)
     table = Table(
         [model],
         build=lambda: World(compile_scene(cell.scenario, model), cell.scenario),

@@ -125,7 +125,8 @@ def gripper_mjcf(jaws: Jaws) -> str:
         "</body>",
     ]
     inertia = numbers(*_box_inertia(share[1], thick, wide, long))
-    weight = f'    <inertial mass="{numbers(share[1])}" pos="{numbers(thick / 2, 0, long / 2)}" diaginertia="{inertia}"/>'
+    middle = numbers(thick / 2, 0, long / 2)
+    weight = f'    <inertial mass="{numbers(share[1])}" pos="{middle}" diaginertia="{inertia}"/>'
     text = "\n".join(f"    {line}" for line in body)
     for side in ("left", "right"):
         joint = f'<joint name="{side}_finger_joint"/>'

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -12,6 +14,7 @@ from grasp_bench.grasps import GraspPose
 from grasp_bench.robot.arm import load_arm
 from grasp_bench.robot.kinematics import InverseKinematics
 from grasp_bench.robot.robot import load_robot
+from grasp_bench.system.paths import assets_dir
 from grasp_bench.workshop.robot_models import write_models
 
 HALF = math.pi / 2
@@ -63,7 +66,7 @@ def panda(q: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("name", "table"), [("ur5e", ur5e), ("panda", panda)])
-def test_the_flange_is_where_the_table_says(name: str, table) -> None:  # type: ignore[no-untyped-def]
+def test_the_flange_is_where_the_table_says(name: str, table: Callable[[np.ndarray], np.ndarray]) -> None:
     """Within 0.01 mm, at any joint angles."""
     arm = load_arm(name)
     model = mujoco.MjModel.from_xml_path(str(arm.path))
@@ -110,8 +113,6 @@ def test_inverse_kinematics_finds_what_a_trial_asks_for(name: str) -> None:
         assert ((np.array(path) >= limits[:, 0] - 1e-9) & (np.array(path) <= limits[:, 1] + 1e-9)).all()
 
 
-def test_the_shipped_models_are_what_the_workshop_writes(tmp_path) -> None:  # type: ignore[no-untyped-def]
-    from grasp_bench.system.paths import assets_dir
-
+def test_the_shipped_models_are_what_the_workshop_writes(tmp_path: Path) -> None:
     for path in write_models(tmp_path):
         assert path.read_text() == (assets_dir() / path.relative_to(tmp_path)).read_text()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -92,6 +93,62 @@ def check(
     check_reach(chosen.model_copy(update={"robot": Robot(arm=path, gripper=gripper)}))
     show(path)
     typer.echo(f"It reaches the workspace of {scenario} with {gripper}: robot: {{arm: {path}}}.")
+
+
+@arms_app.command("import")
+def import_command(
+    model: Annotated[Path, typer.Argument(help="MJCF or URDF of the arm alone, its base at the origin.")],
+    out: Annotated[Path, typer.Option(help="Folder to make.")],
+    flange: Annotated[
+        str | None,
+        typer.Option(help="Site or body whose z points out of the flange; the last body by default."),
+    ] = None,
+    velocity: Annotated[
+        str, typer.Option(help="Greatest speeds [°/s]: one number, or one for each joint, comma-separated.")
+    ] = "120",
+    torque: Annotated[
+        str | None, typer.Option(help="Greatest torques [N m], likewise; those of the file by default.")
+    ] = None,
+    home: Annotated[
+        str | None, typer.Option(help="Where it waits, tool down, out of view [°]; looked for by default.")
+    ] = None,
+    ready: Annotated[
+        str | None, typer.Option(help="Ahead of the base, elbow up, tool down [°]; looked for by default.")
+    ] = None,
+    title: Annotated[str | None, typer.Option(help="What it is called in reports.")] = None,
+) -> None:
+    """Make a folder with arm.yaml of the MJCF or URDF that you have: six or more hinges.
+
+    Motors become position servos with the gains of the shipped arms. Nothing outside of the model's folder
+    is read.
+
+    Example: grasp-bench arms import my_arm.xml --out my-arm --flange tool0 --velocity 180
+    """
+    from grasp_bench.workshop.own_arm import Asked, import_arm
+
+    speeds = _numbers("--velocity", velocity)
+    assert speeds is not None
+    asked = Asked(
+        flange,
+        speeds,
+        _numbers("--torque", torque),
+        _numbers("--home", home),
+        _numbers("--ready", ready),
+        title,
+    )
+    import_arm(model, out, asked)
+    check(str(out), "parallel-85", "table4")
+
+
+def _numbers(option: str, text: str | None) -> tuple[float, ...] | None:
+    if text is None:
+        return None
+    try:
+        return tuple(float(v) for v in text.split(","))
+    except ValueError as error:
+        raise typer.BadParameter(
+            f"needs numbers with commas between them, not {text!r}", param_hint=option
+        ) from error
 
 
 def _facts(arm: Any) -> dict[str, Any]:

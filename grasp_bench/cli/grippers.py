@@ -104,6 +104,53 @@ def check(
     )
 
 
+@grippers_app.command("import")
+def import_command(
+    model: Annotated[Path, typer.Argument(help="MJCF or URDF of the gripper alone, z being its approach.")],
+    out: Annotated[Path, typer.Option(help="Folder to make.")],
+    fingers: Annotated[
+        str | None,
+        typer.Option(help="Bodies of the two fingers, comma-separated; those on slides by default."),
+    ] = None,
+    pads: Annotated[
+        str | None, typer.Option(help="Geoms that touch what is held, one of each finger, comma-separated.")
+    ] = None,
+    force: Annotated[str, typer.Option(help="Least and greatest force of each pad [N].")] = "5,100",
+    speed: Annotated[float, typer.Option(min=0.001, help="Greatest speed of each finger [m/s].")] = 0.1,
+    title: Annotated[str | None, typer.Option(help="What it is called in reports.")] = None,
+) -> None:
+    """Make a folder with gripper.yaml of the MJCF or URDF that you have: two fingers on slides.
+
+    The jaws are turned to open along x, the fingers coupled and moved by one position servo, and the pads
+    get the contacts of the shipped grippers. Nothing outside of the model's folder is read.
+
+    Example: grasp-bench grippers import my_hand.xml --out my-hand --force 20,70
+    """
+    from grasp_bench.workshop.own_gripper import Asked, import_gripper
+
+    least, most = (float(v) for v in _two("--force", force))
+    asked = Asked(
+        None if fingers is None else _two("--fingers", fingers),
+        None if pads is None else _two("--pads", pads),
+        (least, most),
+        speed,
+        title,
+    )
+    import_gripper(model, out, asked)
+    check(str(out))
+
+
+def _two(option: str, text: str) -> tuple[str, str]:
+    parts = [p.strip() for p in text.split(",")]
+    if len(parts) != 2 or not all(parts):
+        raise typer.BadParameter(
+            f"needs two values with a comma between them, not {text!r}", param_hint=option
+        )
+    if option == "--force" and not all(p.replace(".", "", 1).isdecimal() for p in parts):
+        raise typer.BadParameter(f"needs two numbers, such as 20,70, not {text!r}", param_hint=option)
+    return parts[0], parts[1]
+
+
 @grippers_app.command()
 def prepare(
     name: Name,

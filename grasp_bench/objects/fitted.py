@@ -22,7 +22,7 @@ from grasp_bench.robot.gripper import Gripper
 from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.system import cache
 
-VERSION = 1
+VERSION = 2
 """Raise this when fitted grasps would come out differently: all are worked out again then."""
 LISTED = 8
 """Names that a message lists at most."""

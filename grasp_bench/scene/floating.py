@@ -14,6 +14,7 @@ import numpy as np
 
 from grasp_bench.robot.gripper import Gripper
 from grasp_bench.robot.parallel_85 import PARALLEL_85
+from grasp_bench.robot.solids import subtree
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import SceneObject, add_object, add_table, new_world, object_name
 from grasp_bench.scene.contacts import touching
@@ -103,7 +104,10 @@ def compile_floating(
         scenario,
         max((o.friction for o in objects), default=1.0),
     )
-    for unseen in [*(g for g in hand.geoms if g.classname.name == "visual"), *hand.meshes]:
+    for unseen in [g for g in hand.geoms if not (g.contype or g.conaffinity)]:
+        hand.delete(unseen)
+    solid = {g.meshname for g in hand.geoms}
+    for unseen in [m for m in hand.meshes if m.name not in solid]:
         hand.delete(unseen)
     spec = mujoco.MjSpec.from_string(root.to_xml_string(), assets=root.get_assets())
     for name in FOR_VIEWING:
@@ -143,7 +147,9 @@ class FloatingGripper:
         self.object_q = [int(joint.qposadr[0]) for joint in joints]
         self.object_v = [int(joint.dofadr[0]) for joint in joints]
         bodies = [model.body(i).name for i in model.geom_bodyid]
-        self.left, self.right = (np.array([b == PREFIX + f for b in bodies]) for f in gripper.fingers)
+        self.left, self.right = (
+            np.isin(model.geom_bodyid, subtree(model, model.body(PREFIX + f).id)) for f in gripper.fingers
+        )
         self._gripper = np.array([b.startswith(PREFIX) for b in bodies])
         self.body = np.array([int(b[6:]) if b.startswith("object") else -1 for b in bodies])
         self._tcp = model.site(PREFIX + gripper.tcp).id

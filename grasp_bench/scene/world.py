@@ -11,6 +11,7 @@ from mujoco.rollout import rollout
 
 from grasp_bench.grasps import GraspPose
 from grasp_bench.robot.robot import Robot
+from grasp_bench.robot.solids import subtree
 from grasp_bench.robot.trajectory import Trajectory
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import GROUND, OBJECT
@@ -95,9 +96,11 @@ class World:
         self._friction = friction
         self._is_any_object = np.isin(model.geom_bodyid, self.bodies)
         names = [model.body(i).name for i in model.geom_bodyid]
-        self._is_left, self._is_right = (np.array([n == hand + f for n in names]) for f in gripper.fingers)
+        self._is_left, self._is_right = (
+            np.isin(model.geom_bodyid, subtree(model, model.body(hand + f).id)) for f in gripper.fingers
+        )
         self.pads = np.array([model.geom(hand + n).id for n in gripper.pads])
-        self._is_palm = np.array([n == hand + gripper.palm_body for n in names])
+        self._is_palm = np.array([n.startswith(hand) for n in names]) & ~(self._is_left | self._is_right)
         self._is_robot = np.array([n.startswith(arm) for n in names])
         self._is_table = np.array([model.geom(i).name == GROUND for i in range(model.ngeom)])
         self.steps = 0

@@ -40,11 +40,11 @@ def fitting_scenario(gripper: Gripper) -> Scenario:
     return parse_scenario({"name": "reference", "robot": robot, "gripper": asked}, gripper.name)
 
 
-def fit(model: ObjectModel, gripper: Gripper, seen: bool = False) -> list[dict[str, Any]]:
+def fit(model: ObjectModel, gripper: Gripper) -> list[dict[str, Any]]:
     """Return an object's resting poses as in ``object.json``, with the grasps that ``gripper`` has there.
 
-    Args:
-        seen: as in :func:`~grasp_bench.workshop.poses.reference_grasps`; imported objects are built so.
+    As with imported objects, only grasps count that open so wide that a noisy image shows it: things that
+    just fit between the jaws are no grasp of that gripper.
     """
     scenario = fitting_scenario(gripper)
     floating = FloatingGripper(compile_floating(scenario, [model], gripper), scenario, 1, gripper)
@@ -61,7 +61,7 @@ def fit(model: ObjectModel, gripper: Gripper, seen: bool = False) -> list[dict[s
             matrix = np.zeros(9)
             mujoco.mju_quat2Mat(matrix, data.qpos[q + 3 : q + 7])
             place = data.qpos[q : q + 3].copy()
-            grasps = reference_grasps(floating, place, matrix.reshape(3, 3), seen)
+            grasps = reference_grasps(floating, place, matrix.reshape(3, 3), seen=True)
         known = {"quaternion": pose.quaternion.tolist(), "height": pose.height}
         poses.append(known | {"probability": pose.probability, "grasps": grasps})
     return poses
@@ -83,10 +83,9 @@ def prepare(
     if not todo:
         return
     _ = gripper.shape  # what is wrong with it is told now
-    seen = folder.resolve() != Catalog().folder.resolve()
     with ProcessPool(max_workers=min(workers, len(todo)), context=SpawnContext()) as pool:
         futures: dict[Future[str], str] = {
-            pool.submit(_fit_one, TIME_LIMIT, gripper.name, folder, name, seen): name for name in todo
+            pool.submit(_fit_one, TIME_LIMIT, gripper.name, folder, name): name for name in todo
         }
         for future in as_completed(futures):
             name = futures[future]
@@ -96,9 +95,9 @@ def prepare(
                 yield name, f"failed: {error}"
 
 
-def _fit_one(gripper_name: str, folder: Path, name: str, seen: bool) -> str:
+def _fit_one(gripper_name: str, folder: Path, name: str) -> str:
     gripper, model = load_gripper(gripper_name), Catalog(folder).load(name)
-    write_fit(gripper, model, fit(model, gripper, seen))
+    write_fit(gripper, model, fit(model, gripper))
     return _told(fitted(model, gripper))
 
 

@@ -29,6 +29,10 @@ def doctor_command(
         bool,
         typer.Option("--full", help="With --physics: the oracle's trials of all objects at two time steps."),
     ] = False,
+    gripper: Annotated[
+        str | None,
+        typer.Option(help="With --physics: test what depends on it with this gripper, by name or path."),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """Check the installation, or do some trials of RUN again and compare them byte for byte.
@@ -42,11 +46,13 @@ def doctor_command(
     """
     if full and not physics:
         raise typer.BadParameter("--full goes with --physics", param_hint="--full")
+    if gripper is not None and not physics:
+        raise typer.BadParameter("--gripper goes with --physics", param_hint="--gripper")
     if physics:
         without_gl()
         from grasp_bench.cli.physics import check_physics
 
-        raise typer.Exit(0 if check_physics(full, as_json) else 1)
+        raise typer.Exit(0 if check_physics(full, as_json, gripper) else 1)
     from rich.console import Console
 
     if run is None:

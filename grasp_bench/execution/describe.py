@@ -11,6 +11,7 @@ from typing import Any
 
 from grasp_bench.objects.catalog import Catalog
 from grasp_bench.predictors.names import parse
+from grasp_bench.robot.robot import EC66_PARALLEL_85
 from grasp_bench.runs.info import RunInfo
 from grasp_bench.runs.jobs import WHOLE, Jobs, Settings
 from grasp_bench.system.machine import cpu_name
@@ -41,6 +42,7 @@ def describe(
 ) -> RunInfo:
     """Return the content of ``run.json``; ``implementation`` is what :func:`identify` returns."""
     weights = parse(settings.predictor).weights
+    robot = settings.scenario.robot.loaded
     return RunInfo(
         command=("grasp-bench", *sys.argv[1:]),
         predictor=settings.predictor,
@@ -51,6 +53,7 @@ def describe(
         shard=None if jobs.shard == WHOLE else str(jobs.shard),
         objects={n: catalog.entries[n]["files"] for n in objects_of(settings, jobs, catalog)},
         weights=None if weights is None else {weights.name: weights.digest},
+        robot=None if robot == EC66_PARALLEL_85 else robot.described,
         versions={name: version(name) for name in PINNED},
         renderer=settings.renderer,
         python=platform.python_version(),

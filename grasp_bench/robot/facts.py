@@ -6,6 +6,7 @@ is made of lies inside that folder. What geometry tells is not in the file; it i
 
 from __future__ import annotations
 
+import hashlib
 import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import TypeVar
@@ -109,6 +110,15 @@ def files(folder: Path) -> list[Path]:
                 "keep a robot's part in a folder of its own."
             )
     return sorted(found)
+
+
+def digest(folder: Path) -> str:
+    """Return the SHA-256 over names and content of all files of a part's folder."""
+    found = hashlib.sha256()
+    for path in files(folder):
+        found.update(f"{path.relative_to(folder).as_posix()}|{path.stat().st_size}|".encode())
+        found.update(path.read_bytes())
+    return found.hexdigest()
 
 
 def model_file(folder: Path, name: str) -> Path:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from grasp_bench.robot.facts import files, folder_of, model_file, read
+from grasp_bench.robot.facts import digest, files, folder_of, model_file, read
 from grasp_bench.robot.gripper_file import GripperFile
 from grasp_bench.system.arrays import Floats
 
@@ -66,11 +65,7 @@ class Gripper:
     @cached_property
     def digest(self) -> str:
         """SHA-256 over all files of its folder."""
-        digest = hashlib.sha256()
-        for path in files(self.folder):
-            digest.update(f"{path.relative_to(self.folder).as_posix()}|{path.stat().st_size}|".encode())
-            digest.update(path.read_bytes())
-        return digest.hexdigest()
+        return digest(self.folder)
 
     @property
     def title(self) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from grasp_bench.robot.arm import Arm, load_arm
 from grasp_bench.robot.ec66 import EC66
-from grasp_bench.robot.facts import files
+from grasp_bench.robot.facts import digest, files
 from grasp_bench.robot.gripper import Gripper, load_gripper
 from grasp_bench.robot.parallel_85 import PARALLEL_85
 
@@ -28,6 +28,14 @@ class Robot:
     def gripper_prefix(self) -> str:
         """Prefix of the names of the gripper's elements in composed models."""
         return f"{self.arm.scope}/{self.gripper.scope}/"
+
+    @property
+    def described(self) -> dict[str, dict[str, str]]:
+        """Names and digests of both parts, for records."""
+        return {
+            kind: {"name": part.name, "digest": digest(part.folder)}
+            for kind, part in (("arm", self.arm), ("gripper", self.gripper))
+        }
 
     @property
     def files(self) -> list[Path]:

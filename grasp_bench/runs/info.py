@@ -61,6 +61,7 @@ class RunInfo(Stored):
     shard: Annotated[str | None, Group.SHARE] = None
     objects: Annotated[Table, Group.TRIALS, Group.INSTALLED]
     weights: Annotated[Any, Group.MAKING, Group.INSTALLED] = None
+    robot: Annotated[dict[str, Any] | None, Group.TRIALS, Group.INSTALLED] = None
     versions: Annotated[Table, Group.MAKING, Group.INSTALLED]
     renderer: Annotated[Text, Group.MAKING]
     python: Annotated[Any, Group.ORIGIN] = None
@@ -133,5 +134,5 @@ class RunInfo(Stored):
         return self.model_copy(update={"scenario": scenario | {"name": "", "description": ""}})
 
     @model_serializer(mode="wrap")
-    def _without_no_shard(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        return {k: v for k, v in handler(self).items() if k != "shard" or v is not None}
+    def _without_the_usual(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return {k: v for k, v in handler(self).items() if k not in ("shard", "robot") or v is not None}

@@ -14,8 +14,7 @@ from pebble import ProcessPool
 from grasp_bench.objects.catalog import Catalog, ObjectModel
 from grasp_bench.objects.fitted import fit_file, fitted, write_fit
 from grasp_bench.robot.gripper import Gripper, load_gripper
-from grasp_bench.scenario.reading import parse_scenario
-from grasp_bench.scenario.sections import Gripper as Use
+from grasp_bench.scenario.robots import with_gripper
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.floating import FloatingGripper, compile_floating
 from grasp_bench.system.spawning import SpawnContext
@@ -27,26 +26,13 @@ SETTLING = 2.0
 """Seconds in which an object put down in its known pose comes to rest."""
 
 
-def fitting_scenario(gripper: Gripper) -> Scenario:
-    """Return the scenario in which grasps are tried: the default one, within what ``gripper`` can."""
-    least, most = gripper.force
-    use = Use()
-    asked = {
-        "force": min(max(use.force, least), most),
-        "closing_speed": min(use.closing_speed, gripper.speed),
-        "squeeze": min(use.squeeze, gripper.squeeze),
-    }
-    robot = {"gripper": gripper.name}
-    return parse_scenario({"name": "reference", "robot": robot, "gripper": asked}, gripper.name)
-
-
 def fit(model: ObjectModel, gripper: Gripper) -> list[dict[str, Any]]:
     """Return an object's resting poses as in ``object.json``, with the grasps that ``gripper`` has there.
 
     As with imported objects, only grasps count that open so wide that a noisy image shows it: things that
     just fit between the jaws are no grasp of that gripper.
     """
-    scenario = fitting_scenario(gripper)
+    scenario = with_gripper(Scenario(name="reference"), gripper.name)
     floating = FloatingGripper(compile_floating(scenario, [model], gripper), scenario, 1, gripper)
     q = floating.object_q[0]
     poses = []

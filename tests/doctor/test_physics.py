@@ -25,6 +25,8 @@ from grasp_bench.doctor.physics.tracking import tracking
 from grasp_bench.robot.ec66 import EC66
 from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.scenario.outcomes import Outcome
+from grasp_bench.scenario.reading import load_scenario
+from grasp_bench.scenario.robots import with_gripper
 from grasp_bench.scenario.sections import Scenario
 
 
@@ -55,9 +57,11 @@ def test_soft_pads_would_be_found_out(table4: Scenario) -> None:
 
 
 def test_limits_of_the_plate_are_those_of_statics() -> None:
-    assert collapse(0.7, 0.0, 1e-6) == pytest.approx(2 * 0.7, rel=1e-3)  # a pure force: both pads' friction
+    assert collapse(0.7, 0.0, 1e-6, PARALLEL_85) == pytest.approx(
+        2 * 0.7, rel=1e-3
+    )  # a pure force: both pads' friction
     far = 5.0  # nearly a pure torque: each corner resists at its distance from the middle
-    assert collapse(0.7, 0.0, far) * far == pytest.approx(
+    assert collapse(0.7, 0.0, far, PARALLEL_85) * far == pytest.approx(
         2 * 0.7 * math.hypot(*PARALLEL_85.pad[1:]) / 2, rel=0.01
     )
 
@@ -130,3 +134,17 @@ def test_the_command_prints_and_fails(measured: float, code: int, monkeypatch: p
 
 def test_full_belongs_to_physics() -> None:
     assert CliRunner().invoke(app, ["doctor", "--full"]).exit_code == 2
+
+
+@pytest.mark.parametrize("name", ["parallel-50", "parallel-140", "panda-hand"])
+def test_other_grippers_hold_as_the_closed_forms_say(name: str) -> None:
+    scenario = with_gripper(load_scenario("table4"), name)
+    assert scenario.robot.loaded.gripper.name == name
+    failed = [c for test in suite.OF_GRIPPER for c in test(scenario) if not c.passed]
+    assert not failed
+
+
+def test_a_gripper_goes_with_physics() -> None:
+    done = CliRunner().invoke(app, ["doctor", "--gripper", "panda-hand"])
+    assert done.exit_code == 2
+    assert "--gripper goes with --physics" in done.output

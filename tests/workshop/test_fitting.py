@@ -82,6 +82,8 @@ def test_a_run_says_what_is_missing_then_what_it_leaves_out(
     run = gb.load(out)
     assert [r.object for r in run.records] == [thin]
     assert run.lifted.successes == 1
+    assert run.info.robot is not None
+    assert run.info.robot["gripper"] == {"name": "parallel-50", "digest": gripper.digest}
     assert run.records[0].pose is not None
     assert run.records[0].pose.opening <= gripper.opening
     with pytest.raises(GraspBenchError, match=f"parallel-50 can grasp none of {thick}"):

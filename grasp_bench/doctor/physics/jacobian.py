@@ -19,10 +19,11 @@ def jacobian(scenario: Scenario) -> list[Check]:
     rig = Rig(scenario, block((0.04, 0.04, 0.04), 0.2, 0.7))
     rig.grip(scenario.gripper.force)
     worst = 0.0
-    joints = rig.data.ctrl[:6].copy()
+    count = len(scenario.robot.loaded.arm.joints)
+    joints, sides = rig.data.ctrl[:count].copy(), np.resize([1, 1, -1, 1, -1, 1], count)
     for step in range(200):
         # Shaken while held, so that contacts and limits are all at work.
-        rig.data.ctrl[:6] = joints + 0.02 * np.sin(0.1 * step) * np.array([1, 1, -1, 1, -1, 1])
+        rig.data.ctrl[:count] = joints + 0.02 * np.sin(0.1 * step) * sides
         rig.world.step(1)
         dense, sparse = (
             acceleration(rig, mode)

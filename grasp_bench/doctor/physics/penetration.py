@@ -6,7 +6,6 @@ import numpy as np
 
 from grasp_bench.doctor.physics.check import Check, below, equals
 from grasp_bench.doctor.physics.rig import Rig, block
-from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.scenario.sections import Scenario
 
 MASSES = (0.011, 0.2, 2.0)
@@ -15,7 +14,7 @@ MASSES = (0.011, 0.2, 2.0)
 
 def penetration(scenario: Scenario) -> list[Check]:
     """Check the depth [mm] of the pads in blocks from light to heavy, held still."""
-    force = PARALLEL_85.force[1]
+    force = scenario.robot.loaded.gripper.force[1]
     deepest, reached = 0.0, force
     for mass in MASSES:
         rig = Rig(scenario, block((0.04, 0.04, 0.04), mass, 0.7))

@@ -12,7 +12,9 @@ from pebble import ProcessPool
 
 from grasp_bench.doctor.physics.check import Check, below
 from grasp_bench.objects.catalog import Catalog
+from grasp_bench.objects.fitted import graspable
 from grasp_bench.predictors import load_predictor
+from grasp_bench.robot.arm import Arm
 from grasp_bench.robot.ec66 import EC66
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scenario.sections import Scenario
@@ -31,8 +33,8 @@ class Watched:
     Attributes:
         object: name of what was tried.
         outcome: how the trial ended.
-        torque: (6,) greatest torque of each joint's motor, servo and gravity compensation [N m].
-        velocity: (6,) greatest speed of each joint [rad/s].
+        torque: (N,) greatest torque of each joint's motor, servo and gravity compensation [N m].
+        velocity: (N,) greatest speed of each joint [rad/s].
     """
 
     object: str
@@ -66,7 +68,7 @@ def _start(scenario: Scenario) -> None:
 
 
 def _watch(trial: int, name: str, seed: int) -> Watched:
-    torque, velocity = np.zeros(6), np.zeros(6)
+    torque, velocity = np.zeros((2, len(_cell["cell"].planner.robot.arm.joints)))
 
     def observe(world: World) -> None:
         np.maximum(torque, np.abs(world.joint_torques), out=torque)
@@ -90,14 +92,15 @@ def watch(
 
     Args:
         scenario: scenario of the trials.
-        objects: names; all when None.
+        objects: names; all that the gripper can grasp when None.
         seed: seed of the run.
         workers: number of processes.
         progress: called after each trial.
     """
     every = Catalog().names
+    chosen = objects or graspable(Catalog(), every, scenario.robot.loaded.gripper)[0]
     with ProcessPool(workers, initializer=_start, initargs=(scenario,), context=SpawnContext()) as pool:
-        futures = [pool.submit(_watch, None, every.index(name), name, seed) for name in objects or every]
+        futures = [pool.submit(_watch, None, every.index(name), name, seed) for name in chosen]
         results = []
         for future in futures:
             results.append(future.result())
@@ -105,11 +108,11 @@ def watch(
     return results
 
 
-def loads(watched: list[Watched]) -> list[Check]:
-    """Check joint torques and velocities against the EC66's limits, as shares of them [%]."""
-    torque = np.max([w.torque for w in watched], axis=0) / EC66.torque_limits
-    velocity = np.max([w.velocity for w in watched], axis=0) / EC66.velocity_limits
-    source = "limits of the maker's URDF"
+def loads(watched: list[Watched], arm: Arm = EC66) -> list[Check]:
+    """Check joint torques and velocities against an arm's limits, as shares of them [%]."""
+    torque = np.max([w.torque for w in watched], axis=0) / arm.torque_limits
+    velocity = np.max([w.velocity for w in watched], axis=0) / arm.velocity_limits
+    source = "limits of the maker's URDF" if arm is EC66 else f"limits of {arm.title}"
     return [
         below(
             f"greatest joint torque of {len(watched)} trials, of its limit",

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 Test = Callable[[Scenario], list[Check]]
 QUICK: tuple[Test, ...] = (slip, incline, torsion, creep, falling, jacobian, penetration, tracking)
 """Checks that take seconds each."""
+OF_GRIPPER: tuple[Test, ...] = (slip, torsion, creep, jacobian, penetration)
+"""Those of them that another gripper can change."""
 
 
 @dataclass(frozen=True)

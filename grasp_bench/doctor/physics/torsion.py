@@ -18,7 +18,7 @@ from scipy.optimize import minimize_scalar
 
 from grasp_bench.doctor.physics.check import Check, equals
 from grasp_bench.doctor.physics.rig import Body, Rig, block, threshold
-from grasp_bench.robot.parallel_85 import PARALLEL_85
+from grasp_bench.robot.gripper import Gripper
 from grasp_bench.scenario.sections import Scenario
 
 G = 9.81
@@ -63,7 +63,11 @@ def plate(scenario: Scenario, mass: float = 1.0, friction: float = 0.7, off_cent
     """Check a plate of 6 mm held flat between the pads, ``off_centre`` [m] beside its centre of mass."""
     body = block((0.006, 0.16, 0.06), mass, friction)
     mu = friction * scenario.gripper.friction_scale
-    expected = mass * G / collapse(mu, scenario.gripper.torsional_friction, off_centre)
+    expected = (
+        mass
+        * G
+        / collapse(mu, scenario.gripper.torsional_friction, off_centre, scenario.robot.loaded.gripper)
+    )
     force = least_force(Rig(scenario, body), expected, off_centre)
     return equals(
         f"least grip force, plate {1000 * off_centre:g} mm off-centre, {mass:g} kg",
@@ -75,13 +79,13 @@ def plate(scenario: Scenario, mass: float = 1.0, friction: float = 0.7, off_cent
     )
 
 
-def collapse(friction: float, twist: float, off_centre: float) -> float:
+def collapse(friction: float, twist: float, off_centre: float, gripper: Gripper) -> float:
     """Return the weight at ``off_centre`` [m] that makes a plate turn, per newton of grip force on each pad.
 
     Each pad presses with a quarter at each of its corners; by symmetry the centre of rotation lies on
     the horizontal through the pads' centre.
     """
-    _, width, height = PARALLEL_85.pad
+    _, width, height = gripper.pad
     corners = np.array([[y, z] for y in (-width / 2, width / 2) for z in (-height / 2, height / 2)])
 
     def weight(centre: float) -> float:

@@ -38,6 +38,10 @@ def run_command(
             "'cmd: python my_server.py --port {port}'.",
         ),
     ] = "htc-grasp",
+    weights: Annotated[
+        Path | None,
+        typer.Option(help="Weights of the network instead of the shipped ones, as `train` writes them."),
+    ] = None,
     scenario: Annotated[
         str,
         typer.Option(
@@ -100,10 +104,13 @@ def run_command(
     from rich.console import Console
 
     from grasp_bench import api
+    from grasp_bench.predictors.names import with_weights
     from grasp_bench.report.clutter import in_words
     from grasp_bench.report.summary import Summary
     from grasp_bench.runs.jobs import Shard, spread
 
+    if weights is not None:
+        predictor = with_weights(predictor, weights)
     console = Console(quiet=quiet or as_json)
     allowed = ErrorLimit.parse(max_errors)
     stops = told_apart(signal.SIGINT, signal.SIGTERM)

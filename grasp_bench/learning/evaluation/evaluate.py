@@ -159,7 +159,7 @@ def _prepared(network: NetworkPredictor, question: Question) -> Predictor:
     network.level = "none" if question.dataset == "synthetic" else "table"
     side = network.crop
     nothing = np.zeros((side, side, 3), np.uint8), np.zeros((side, side), np.float32)
-    network.maps(RgbdImage(*nothing, Intrinsics.from_fov(side, side, 1.0)))
+    network.predict(RgbdImage(*nothing, Intrinsics.from_fov(side, side, 1.0)))
     return network
 
 

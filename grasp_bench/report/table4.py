@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from grasp_bench.report.clutter import attempts_in_words, in_words
+from grasp_bench.report.firmness import FirmnessPair, compare_firmness, firmness_table, pairs_table
 from grasp_bench.report.help import Merit, merit_table, merits
 from grasp_bench.report.paper import TABLE_4
 from grasp_bench.report.summary import Summary, worst_objects
@@ -70,12 +71,14 @@ class Report:
 
     runs: tuple[Summary, ...]
     merits: tuple[Merit, ...] = ()
+    pairs: tuple[FirmnessPair, ...] = ()
 
     @classmethod
     def of(cls, runs: Iterable[RunResults], root: Path | None = None) -> Report:
         """Return the report of all runs that hold a trial, named by their paths below ``root``."""
         begun = [run for run in runs if len(run)]
-        return cls(tuple(Summary.of(run, root) for run in begun), tuple(merits(begun)))
+        summaries = tuple(Summary.of(run, root) for run in begun)
+        return cls(summaries, tuple(merits(begun)), tuple(compare_firmness(begun)))
 
     @property
     def rows(self) -> list[Row]:
@@ -92,17 +95,21 @@ class Report:
             "runs": [run.to_json() for run in self.runs],
             "table4": [row.to_json() for row in self.rows],
             "merit": [merit.to_json() for merit in self.merits],
+            "firmer": [pair.to_json() for pair in self.pairs],
         }
 
     def tables(self) -> list[TextTable]:
-        """Return Table 4, whose merit its rates are, and how the trials of each run ended."""
+        """Return Table 4, whose merit its rates are, how firmly runs hold, and how their trials ended."""
         rows = self.rows
         earlier = {r.run: f", definition {r.info.definition}" for r in self.runs if r.info.outdated}
         sources = [
             "paper, real robot" if row.run is None else row.run + earlier.get(row.run, "") for row in rows
         ]
         merit = [merit_table(self.merits)] if self.merits else []
-        return [table_4(rows, {"Source": sources}), *merit, *map(_endings, self.runs)]
+        told = [(r.run, r.firmness) for r in self.runs if r.firmness is not None]
+        firm = [firmness_table(told)] if told else []
+        firm += [pairs_table([r.run for r in self.runs], self.pairs)] if self.pairs else []
+        return [table_4(rows, {"Source": sources}), *merit, *firm, *map(_endings, self.runs)]
 
 
 def build_report(folders: Iterable[Path], root: Path | None = None) -> Report:

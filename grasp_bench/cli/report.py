@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from grasp_bench.cli.output import put
+from grasp_bench.cli.trust import Trust, ask_for_trust
 from grasp_bench.errors import UnknownNameError
 
 
@@ -35,6 +36,7 @@ def report_command(
     objects: Annotated[
         Path | None, typer.Option(help="html: folder of the objects' catalogue, if not the shipped one.")
     ] = None,
+    trust: Trust = False,
 ) -> None:
     """Print Table 4 of the paper with the runs of FOLDER beside it, and how their trials ended."""
     from grasp_bench.report.table4 import build_report
@@ -47,7 +49,9 @@ def report_command(
         from grasp_bench.replay.missing import render_missing
         from grasp_bench.report.html.page import describe, write_html
 
-        render_missing(find_runs(folder), render, objects)
+        render_missing(
+            find_runs(folder), render, objects, lambda name, where: ask_for_trust(name, where, trust)
+        )
         written = write_html(
             find_runs(folder), out or folder / "report.html", folder, objects, round(1_000_000 * max_mb)
         )

@@ -20,13 +20,14 @@ from grasp_bench.predictors.guard import Guard
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.report.run import Run
 from grasp_bench.runs.info import RUN
-from grasp_bench.runs.jobs import WHOLE, Settings, Shard, spread
+from grasp_bench.runs.jobs import MOST_SEED, MOST_TRIALS, WHOLE, Settings, Shard, spread
 from grasp_bench.runs.record import TrialRecord
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.system.graphics import prepare, resolve_renderer
 from grasp_bench.system.interrupts import told_apart
 from grasp_bench.system.progress import Progress
+from grasp_bench.system.texts import legible, shown
 
 PathLike = str | os.PathLike[str]
 OnTrial = Callable[[TrialRecord, bool], None]
@@ -96,8 +97,10 @@ def run(
         GraspBenchError: before any trial starts, for anything wrong with the inputs.
     """
     prepare(renderer)
-    if trials is not None and trials < 1:
-        raise GraspBenchError(f"trials must be at least 1, not {trials}")
+    if trials is not None and not 1 <= trials <= MOST_TRIALS:
+        raise GraspBenchError(f"trials must be from 1 to {MOST_TRIALS:,}, not {shown(trials)}")
+    if not 0 <= seed <= MOST_SEED:
+        raise GraspBenchError(f"seed must be from 0 to {MOST_SEED}, not {shown(seed)}")
     if workers is not None and workers < 0:
         raise GraspBenchError(f"workers must not be negative, not {workers}; 0 takes one for each core")
     if rerun is not None:
@@ -179,6 +182,8 @@ def select_objects(objects: PathLike | Sequence[str]) -> tuple[Catalog, list[str
     if what != "all" and os.path.isdir(what):
         catalog = Catalog(Path(what))
         return catalog, catalog.names
+    if "/" in what:
+        raise GraspBenchError(f"The folder {what} of --objects does not exist here, in {Path.cwd()}.")
     return (catalog := Catalog()), catalog.select(what)
 
 
@@ -213,14 +218,19 @@ def default_folder(
     With ``fresh``, a number is added if need be, so that the folder holds no run.
     """
     plain = re.sub(r"[<>]", "", predictor.removeprefix("__main__:"))
-    label = re.sub(r"[^\w.-]+", "-", plain).strip("-.")[:80]
+    label = _in_a_name(plain)
     part = f"-shard{shard.index}of{shard.count}" if shard.count > 1 else ""
-    folder = Path("results") / f"{label}-{scenario}-seed{seed}{part}"
+    folder = Path("results") / f"{label}-{_in_a_name(scenario)}-seed{seed}{part}"
     candidate, number = folder, 1
     while fresh and (candidate / RUN).exists():
         number += 1
         candidate = folder.with_name(f"{folder.name}-{number}")
     return candidate
+
+
+def _in_a_name(text: str) -> str:
+    """Return text as a part of a folder's name, which leads nowhere else."""
+    return re.sub(r"[^\w.+=-]+", "-", legible(text)).strip("-.")[:80] or "unnamed"
 
 
 @contextmanager

@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from grasp_bench.cli import completion
+from grasp_bench.runs.jobs import MOST_SEED, MOST_TRIALS
 from grasp_bench.runs.limits import ErrorLimit
 from grasp_bench.system.interrupts import told_apart
 from grasp_bench.system.progress import Progress
@@ -27,7 +28,9 @@ def run_command(
     trials: Annotated[
         int,
         typer.Option(
-            min=1, help="How many trials, spread evenly over the objects; of clutter, how many episodes."
+            min=1,
+            max=MOST_TRIALS,
+            help="How many trials, spread evenly over the objects; of clutter, how many episodes.",
         ),
     ] = 180,
     predictor: Annotated[
@@ -48,7 +51,7 @@ def run_command(
             autocompletion=completion.scenarios, help="A shipped scenario, or the path of a YAML file."
         ),
     ] = "table4",
-    seed: Annotated[int, typer.Option(min=0, help="Seed of all that is random.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Seed of all that is random.")] = 0,
     workers: Annotated[int, typer.Option(min=0, help="Processes; 0 takes one for each core.")] = 0,
     out: Annotated[
         Path | None, typer.Option(help="Results folder; by default results/PREDICTOR-SCENARIO-seedN.")

@@ -93,6 +93,9 @@ class RunFolder:
             )
         else:
             write_run(path, run)
+        for name in (TRIALS, TIMINGS):
+            if (self.path / name).is_symlink():
+                raise ResultsError(f"{self.path / name} is a link; put its file there to go on with the run.")
         done: set[int] = set()
         sound = 0
         for line in scan(self.path / TRIALS):
@@ -128,7 +131,9 @@ class RunFolder:
             try:
                 if name not in self._files:
                     is_new = not path.exists()
-                    self._files[name] = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
+                    self._files[name] = os.open(
+                        path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW, 0o666
+                    )
                     if is_new:
                         sync_folder(self.path)
                 _append_whole(self._files[name], (line.line() + "\n").encode())

@@ -316,7 +316,7 @@ def test_samples_are_drawn(tmp_path: Path) -> None:
     assert sample_sheet(root, 2, tmp_path / "sheet.png") == ["0_obj0abc", "1_obj2abc"]
     sheet = cv2.imread(str(tmp_path / "sheet.png"))
     assert sheet is not None
-    assert sheet.shape == (299, 8 * 299, 3)
+    assert sheet.shape == (299, 10 * 299, 3)
 
 
 # --- the real thing -----------------------------------------------------------------------

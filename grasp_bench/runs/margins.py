@@ -94,8 +94,8 @@ def resampled(values: Floats, clusters: Sequence[str]) -> Floats:
     return (total / (drawn @ sizes)[:, None]).reshape(DRAWS, *values.shape[1:])
 
 
-def bounds(values: Floats, clusters: Sequence[str]) -> Floats:
-    """Return the (2, ...) lower and upper 95 % bootstrap limits of the mean of values (N, ...), clustered.
+def bounds(values: Floats, clusters: Sequence[str], confidence: float = 0.95) -> Floats:
+    """Return the (2, ...) lower and upper bootstrap limits of the mean of values (N, ...), clustered.
 
     T. Hesterberg, “What teachers should know about the bootstrap”, The American Statistician 69 (2015)
     371–386: percentiles, so far out that the interval of a normal mean is that of Student's t.
@@ -103,7 +103,11 @@ def bounds(values: Floats, clusters: Sequence[str]) -> Floats:
     from scipy.stats import norm, t
 
     count = len(set(clusters))
-    out = norm.cdf(math.sqrt(count / (count - 1)) * t.ppf(0.025, count - 1)) if count > 1 else 0.0
+    out = (
+        norm.cdf(math.sqrt(count / (count - 1)) * t.ppf((1 - confidence) / 2, count - 1))
+        if count > 1
+        else 0.0
+    )
     return np.percentile(resampled(values, clusters), [100 * out, 100 * (1 - out)], axis=0)
 
 

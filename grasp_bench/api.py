@@ -6,11 +6,12 @@ import importlib
 import os
 import re
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
 from grasp_bench.errors import GraspBenchError, PredictorError
+from grasp_bench.execution.crew import early_crew
 from grasp_bench.execution.executors import make_executor
 from grasp_bench.execution.runner import RunSummary
 from grasp_bench.execution.runner import run as run_trials
@@ -138,7 +139,8 @@ def run(
     chosen_executor = None
     if here is None:
         chosen_executor = make_executor(executor, workers or 0, memory_limit=limit, ray_address=ray_address)
-    with _reporting(progress, len(jobs)) as on_trial:
+    early = early_crew((name,), workers or 0, len(jobs), renderer) if executor == "process" else nullcontext()
+    with nullcontext() if here is not None else early, _reporting(progress, len(jobs)) as on_trial:
         summary = run_trials(settings, jobs, folder, 1, on_trial, here, chosen_executor)
     if rerun is not None:
         from grasp_bench.media.rerun_log import join_parts

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -96,33 +97,38 @@ def run_command(
 
     Example: grasp-bench run --objects mug,pliers --trials 20 --predictor oracle
     """
-    from rich.console import Console
+    from grasp_bench.execution.crew import early_crew
 
-    from grasp_bench import api
-    from grasp_bench.report.clutter import in_words
-    from grasp_bench.report.summary import Summary
-    from grasp_bench.runs.jobs import Shard, spread
+    early = executor == "process"
+    with early_crew((predictor,), workers, trials, renderer) if early else nullcontext():
+        from rich.console import Console
 
-    console = Console(quiet=quiet or as_json)
-    allowed = ErrorLimit.parse(max_errors)
-    with terminate_as_interrupt(), Progress(len(spread(["any"], trials, Shard.parse(shard))), console) as bar:
-        done = api.run(
-            objects,
-            trials,
-            predictor,
-            scenario,
-            seed=seed,
-            workers=workers,
-            out=out,
-            renderer=renderer,
-            media=media,
-            rerun=rerun,
-            progress=bar.update,
-            shard=shard,
-            executor=executor,
-            ray_address=ray_address,
-            memory_limit=memory_limit,
-        )
+        from grasp_bench import api
+        from grasp_bench.report.clutter import in_words
+        from grasp_bench.report.summary import Summary
+        from grasp_bench.runs.jobs import Shard, spread
+
+        console = Console(quiet=quiet or as_json)
+        allowed = ErrorLimit.parse(max_errors)
+        total = len(spread(["any"], trials, Shard.parse(shard)))
+        with terminate_as_interrupt(), Progress(total, console) as bar:
+            done = api.run(
+                objects,
+                trials,
+                predictor,
+                scenario,
+                seed=seed,
+                workers=workers,
+                out=out,
+                renderer=renderer,
+                media=media,
+                rerun=rerun,
+                progress=bar.update,
+                shard=shard,
+                executor=executor,
+                ray_address=ray_address,
+                memory_limit=memory_limit,
+            )
     folder, summary, told = done.folder, done.summary, Summary.of(done)
     if summary.repaired:
         console.print(

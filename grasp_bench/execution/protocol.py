@@ -12,12 +12,24 @@ from grasp_bench.scenario.outcomes import Outcome
 
 
 @dataclass(frozen=True)
+class Round(Job):
+    """A trial that several predictors do, by their names, one after the other on the same worker."""
+
+    predictors: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Answer:
-    """A trial that ended by itself, with its lines for ``trials.jsonl`` and ``timings.jsonl``."""
+    """A trial that ended by itself, with its lines for ``trials.jsonl`` and ``timings.jsonl``.
+
+    Attributes:
+        predictor: name of the one that was asked.
+    """
 
     job: Job
     record: TrialRecord
     timings: Timings
+    predictor: str = ""
 
 
 @dataclass(frozen=True)

@@ -21,15 +21,15 @@ from grasp_bench.runs.jobs import Job, Settings
 from grasp_bench.runs.record import Timings, TrialRecord
 
 
-def begin(settings: Settings) -> None:
-    worker._die_with_parent()
-    if settings.predictor == "unstartable":
-        worker._worker["broken"] = "RuntimeError: no weights here"
+def begin(predictors: tuple[str, ...], early: bool) -> None:
+    worker.die_with_parent()
+    if "unstartable" in predictors:
+        worker._broken["unstartable"] = "RuntimeError: no weights here"
 
 
-def do(job: Job) -> Answer:
-    if "broken" in worker._worker:
-        raise worker.NotStarted(worker._worker["broken"])
+def do(settings: Settings, job: Job) -> tuple[Answer, ...]:
+    if worker._broken:
+        raise worker.NotStarted(*worker._broken.values())
     what, _, argument = job.object.partition(":")
     if what == "segfault":
         ctypes.string_at(0)
@@ -61,7 +61,7 @@ def do(job: Job) -> Answer:
         Path(argument).write_text(str(os.getpid()))
         time.sleep(600)
     time.sleep(float(os.environ.get("FAKE_WORK_SECONDS", "0")))
-    return Answer(
+    answer = Answer(
         job,
         TrialRecord.read(
             {
@@ -75,6 +75,7 @@ def do(job: Job) -> Answer:
         ),
         Timings(trial=job.trial),
     )
+    return (answer,)
 
 
 class FakePool(WorkerPool):

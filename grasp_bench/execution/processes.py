@@ -57,7 +57,7 @@ class WorkerPool:
         self._settings, self._workers, self._recycle = settings, workers, recycle
         self._predictors = predictors or (settings.predictor,)
         self._waiting: dict[Future[tuple[Answer, ...]], Job] = {}
-        self._tries: dict[int, int] = {}
+        self._tries: dict[Job, int] = {}
         self._stalls = 0
         self._stack = ExitStack()
         self._guard = MemoryGuard(memory_limit)
@@ -116,7 +116,7 @@ class WorkerPool:
                 self.submit(job)
             else:
                 self._stalls = 0
-                self._tries.pop(job.trial, None)
+                self._tries.pop(job, None)
                 answers += ended_as
         return answers
 
@@ -133,7 +133,7 @@ class WorkerPool:
             raise GraspBenchError(f"A worker could not start: {error}") from error
         except (ProcessExpired, CancelledError) as error:
             reason = self._guard.reason(getattr(error, "pid", 0) or 0)
-            tries = self._tries[job.trial] = self._tries.get(job.trial, 0) + 1
+            tries = self._tries[job] = self._tries.get(job, 0) + 1
             if tries < TRIES and reason is None:
                 return None
             code = getattr(error, "exitcode", None)

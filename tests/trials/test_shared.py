@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from grasp_bench.objects.catalog import ObjectModel
@@ -22,7 +24,7 @@ def test_records_are_those_made_alone(
     cell = Workcell(table4)
     shared = SharedTable(cell, models[name], attempt=2, seed=5)
     table = shared.prepared() if ahead else shared.table
-    ways = {"attempt": 2, "seed": 5, "trial": 7}
+    ways: dict[str, Any] = {"attempt": 2, "seed": 5, "trial": 7}
     together = [run_trial(cell, models[name], make(), table=table, **ways).record.line() for make in MAKERS]
     alone = [run_trial(Workcell(table4), models[name], make(), **ways).record.line() for make in MAKERS]
     assert together == alone

@@ -1,7 +1,7 @@
 """What many predictors on the same trials cost: ``python benchmarks/bench_table.py TREE [TREE …]``.
 
-Runs ``grasp-bench bench-table`` of each checkout in turn, into fresh folders, and prints seconds on the clock and
-of the processors, and the ratio to the first tree.
+Runs ``grasp-bench bench-table`` of each checkout in turn, into fresh folders, and prints seconds on the clock
+and of the processors, and the ratio to the first tree.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Seconds until a run's first trial is recorded: ``python benchmarks/start_up.py TREE [TREE …]``.
 
-Each tree is a checkout whose package is run, in turn, so that ratios hold on a busy machine, too. The model cache
-should be filled.
+Each tree is a checkout whose package is run, in turn, so that ratios hold on a busy machine, too. The model
+cache should be filled.
 """
 
 from __future__ import annotations

@@ -6,11 +6,12 @@ import importlib
 import os
 import re
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
 from grasp_bench.errors import GraspBenchError, PredictorError
+from grasp_bench.execution.crew import early_crew
 from grasp_bench.execution.executors import make_executor
 from grasp_bench.execution.runner import RunSummary
 from grasp_bench.execution.runner import run as run_trials
@@ -143,10 +144,13 @@ def run(
     chosen_executor = None
     if here is None:
         chosen_executor = make_executor(executor, workers or 0, memory_limit=limit, ray_address=ray_address)
+    log = None if rerun is None else Path(rerun).absolute()
+    early: Any = nullcontext()
     if here is not None:  # it may change the current folder
         folder = folder.absolute()
-    log = None if rerun is None else Path(rerun).absolute()
-    with told_apart(), _reporting(progress, len(jobs)) as on_trial:
+    elif executor == "process":
+        early = early_crew((name,), workers or 0, len(jobs), renderer)
+    with told_apart(), early, _reporting(progress, len(jobs)) as on_trial:
         summary = run_trials(settings, jobs, folder, 1, on_trial, here, chosen_executor)
     if log is not None:
         from grasp_bench.media.rerun_log import join_parts

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import signal
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -104,37 +105,38 @@ def run_command(
 
     Example: grasp-bench run --objects mug,pliers --trials 20 --predictor oracle
     """
-    from rich.console import Console
+    from grasp_bench.execution.crew import early_crew
 
-    from grasp_bench import api
-    from grasp_bench.predictors.names import with_weights
-    from grasp_bench.report.clutter import in_words
-    from grasp_bench.report.summary import Summary
-    from grasp_bench.runs.jobs import Shard, spread
+    early = executor == "process"
+    with early_crew((predictor,), workers, trials, renderer) if early else nullcontext():
+        from rich.console import Console
 
-    if weights is not None:
-        predictor = with_weights(predictor, weights)
-    console = Console(quiet=quiet or as_json)
-    allowed = ErrorLimit.parse(max_errors)
-    stops = told_apart(signal.SIGINT, signal.SIGTERM)
-    with stops, Progress(len(spread(["any"], trials, Shard.parse(shard))), console) as bar:
-        done = api.run(
-            objects,
-            trials,
-            predictor,
-            scenario,
-            seed=seed,
-            workers=workers,
-            out=out,
-            renderer=renderer,
-            media=media,
-            rerun=rerun,
-            progress=bar.update,
-            shard=shard,
-            executor=executor,
-            ray_address=ray_address,
-            memory_limit=memory_limit,
-        )
+        from grasp_bench import api
+        from grasp_bench.report.clutter import in_words
+        from grasp_bench.report.summary import Summary
+        from grasp_bench.runs.jobs import Shard, spread
+
+        console = Console(quiet=quiet or as_json)
+        allowed = ErrorLimit.parse(max_errors)
+        total = len(spread(["any"], trials, Shard.parse(shard)))
+        with told_apart(signal.SIGINT, signal.SIGTERM), Progress(total, console) as bar:
+            done = api.run(
+                objects,
+                trials,
+                predictor,
+                scenario,
+                seed=seed,
+                workers=workers,
+                out=out,
+                renderer=renderer,
+                media=media,
+                rerun=rerun,
+                progress=bar.update,
+                shard=shard,
+                executor=executor,
+                ray_address=ray_address,
+                memory_limit=memory_limit,
+            )
     folder, summary, told = done.folder, done.summary, Summary.of(done)
     if summary.repaired:
         console.print(

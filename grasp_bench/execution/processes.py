@@ -7,8 +7,7 @@ trial that kills its worker by itself does so again and is recorded as an error.
 
 from __future__ import annotations
 
-import os
-from collections.abc import Generator, Iterable
+from collections.abc import Generator, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack
@@ -16,25 +15,22 @@ from itertools import chain, islice
 from types import TracebackType
 from typing import Any
 
-from pebble import ProcessExpired, ProcessPool
+from pebble import ProcessExpired
 
 from grasp_bench.errors import GraspBenchError
-from grasp_bench.execution import worker
+from grasp_bench.execution import preload, worker
+from grasp_bench.execution.crew import RECYCLE, Crew, take_crew
 from grasp_bench.execution.memory import MemoryGuard, fair_share
 from grasp_bench.execution.protocol import Answer, Fault
 from grasp_bench.runs.jobs import Job, Settings
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.system.apart import how_it_ended
-from grasp_bench.system.machine import THREADS
-from grasp_bench.system.spawning import SpawnContext
 from grasp_bench.system.texts import raised
 
 TRIES = 2
 """Tries of a trial whose worker dies."""
 STALL = 120.0
 """Seconds beyond a trial's own timeout after which a pool without any answer is started anew."""
-RECYCLE = 1000
-"""Trials after which a worker is replaced by a new one, whatever a library may have leaked."""
 
 
 class WorkerPool:
@@ -44,24 +40,31 @@ class WorkerPool:
         settings: settings of the run.
         workers: number of processes.
         memory_limit: most memory of each [bytes].
-        recycle: trials after which a worker is replaced; 0 never.
+        recycle: tasks after which a worker is replaced; 0 never.
+        predictors: names of those that workers load; by default the settings' only.
     """
 
-    _begin = staticmethod(worker.start)
+    _begin = staticmethod(preload.begin)
     _do = staticmethod(worker.do)
 
-    def __init__(self, settings: Settings, workers: int, memory_limit: int, recycle: int = RECYCLE) -> None:
+    def __init__(
+        self,
+        settings: Settings,
+        workers: int,
+        memory_limit: int,
+        recycle: int = RECYCLE,
+        predictors: tuple[str, ...] = (),
+    ) -> None:
         self._settings, self._workers, self._recycle = settings, workers, recycle
-        self._waiting: dict[Future[Answer], Job] = {}
-        self._tries: dict[int, int] = {}
+        self._predictors = predictors or (settings.predictor,)
+        self._waiting: dict[Future[tuple[Answer, ...]], Job] = {}
+        self._tries: dict[Job, int] = {}
         self._stalls = 0
         self._stack = ExitStack()
         self._guard = MemoryGuard(memory_limit)
-        self._pool: Any = None
+        self._crew: Crew | None = None
 
     def __enter__(self) -> WorkerPool:
-        self._stack.callback(_set_environment, {n: os.environ.get(n) for n in THREADS})
-        _set_environment(dict.fromkeys(THREADS, "1"))  # before a worker imports NumPy
         self._stack.enter_context(self._guard)
         self._start()
         return self
@@ -84,8 +87,10 @@ class WorkerPool:
 
     def submit(self, job: Job) -> None:
         """Begin a trial as soon as a worker is free."""
+        assert self._crew is not None
         try:
-            future = self._pool.schedule(self._do, (job,), timeout=self._settings.time_limit)
+            task = (self._settings, job)
+            future: Any = self._crew.pool.schedule(self._do, task, timeout=self._settings.time_limit)
         except RuntimeError as error:  # the pool broke since it was last looked at
             future = Future()
             future.set_exception(BrokenProcessPool(str(error)))
@@ -101,22 +106,22 @@ class WorkerPool:
         ended, _ = wait(self._waiting, timeout=limit, return_when=FIRST_COMPLETED)
         if not ended:
             return self._start_anew(f"no answer from any worker within {limit:g} s")
-        answers = []
+        answers: list[Answer | Fault] = []
         for future in sorted(ended, key=lambda f: self._waiting[f].trial):
             try:
-                answer = self._result(future, self._waiting[future])
+                ended_as = self._result(future, self._waiting[future])
             except BrokenProcessPool:
                 return answers + self._start_anew("all workers died")
             job = self._waiting.pop(future)
-            if answer is None:
+            if ended_as is None:
                 self.submit(job)
             else:
                 self._stalls = 0
-                self._tries.pop(job.trial, None)
-                answers.append(answer)
+                self._tries.pop(job, None)
+                answers += ended_as
         return answers
 
-    def _result(self, future: Future[Answer], job: Job) -> Answer | Fault | None:
+    def _result(self, future: Future[tuple[Answer, ...]], job: Job) -> Sequence[Answer | Fault] | None:
         """Return how a trial ended; None when it is to be tried again."""
         try:
             return future.result()
@@ -124,18 +129,18 @@ class WorkerPool:
             raise
         except TimeoutError:
             limit = self._settings.scenario.trial_timeout
-            return Fault(job, Outcome.TIMEOUT, f"no answer within {limit:g} s")
+            return [Fault(job, Outcome.TIMEOUT, f"no answer within {limit:g} s")]
         except worker.NotStarted as error:
             raise GraspBenchError(f"A worker could not start: {error}") from error
         except (ProcessExpired, CancelledError) as error:
             reason = self._guard.reason(getattr(error, "pid", 0) or 0)
-            tries = self._tries[job.trial] = self._tries.get(job.trial, 0) + 1
+            tries = self._tries[job] = self._tries.get(job, 0) + 1
             if tries < TRIES and reason is None:
                 return None
             code = getattr(error, "exitcode", None)
-            return Fault(job, Outcome.ERROR, reason or f"the worker process died ({how_it_ended(code)})")
+            return [Fault(job, Outcome.ERROR, reason or f"the worker process died ({how_it_ended(code)})")]
         except Exception as error:  # an answer that cannot be sent, or anything beside the trial itself
-            return Fault(job, Outcome.ERROR, raised(error))
+            return [Fault(job, Outcome.ERROR, raised(error))]
 
     def _start_anew(self, why: str) -> list[Answer | Fault]:
         """Replace a pool that will give no more answers; its trials are begun again."""
@@ -155,19 +160,12 @@ class WorkerPool:
         return []
 
     def _start(self) -> None:
-        self._pool = ProcessPool(
-            max_workers=self._workers,
-            max_tasks=self._recycle,
-            initializer=self._begin,
-            initargs=(self._settings,),
-            context=SpawnContext(),
-        )
+        self._crew = take_crew(self._predictors, self._workers, self._recycle, self._begin)
 
     def _stop(self) -> None:
-        if self._pool is not None:
-            self._pool.stop()
-            self._pool.join()
-            self._pool = None
+        if self._crew is not None:
+            self._crew.close()
+            self._crew = None
 
 
 class Processes:
@@ -200,11 +198,3 @@ class Processes:
                 if not pool.pending:
                     return
                 yield from pool.wait()
-
-
-def _set_environment(values: dict[str, str | None]) -> None:
-    for name, value in values.items():
-        if value is None:
-            os.environ.pop(name, None)
-        else:
-            os.environ[name] = value

@@ -62,26 +62,10 @@ def run(
     Raises:
         GraspBenchError: before any trial starts, for anything wrong with the inputs.
     """
-    check_current(settings.scenario)
-    cache.limit()  # a wrong one is told now
-    catalog = Catalog(settings.objects)
-    for name in objects_of(settings, jobs, catalog):
-        model = catalog.load(name)  # every mesh is checked before the first trial
-        if not model.graspable_poses:
-            raise GraspBenchError(f"{name} has no resting pose in which a grasp fits the gripper")
+    catalog = check_inputs(settings, jobs)
     implementation = identify(settings.predictor, predictor)
-
-    def found(record: TrialRecord) -> None:
-        trial = record.trial
-        if not jobs.holds(trial) or jobs.job(trial).object != record.object:
-            raise ResultsError(
-                f"{out} holds trial {trial} on {record.object}, which is none of this run; "
-                "its files were mixed up. Restore them, or choose another --out."
-            )
-        progress(record, True)
-
     with RunFolder(out) as folder:
-        done = folder.start(describe(settings, jobs, catalog, implementation), found)
+        done = folder.start(describe(settings, jobs, catalog, implementation), owned(out, jobs, progress))
         todo = len(jobs) - len(done)
         if todo:
             chosen = executor or (
@@ -94,6 +78,39 @@ def run(
                     progress(record, False)
         folder.finish()  # also where a run was killed after its last trial, before this
         return RunSummary(out, len(done), todo, folder.repaired)
+
+
+def check_inputs(settings: Settings, jobs: Jobs) -> Catalog:
+    """Return the catalog of a run's objects, every file of which was checked.
+
+    Raises:
+        GraspBenchError: for anything wrong with scenario, cache or objects.
+    """
+    check_current(settings.scenario)
+    cache.limit()  # a wrong one is told now
+    catalog = Catalog(settings.objects)
+    for name in objects_of(settings, jobs, catalog):
+        model = catalog.load(name)  # every mesh is checked before the first trial
+        if not model.graspable_poses:
+            raise GraspBenchError(f"{name} has no resting pose in which a grasp fits the gripper")
+    return catalog
+
+
+def owned(
+    out: Path, jobs: Jobs, progress: Callable[[TrialRecord, bool], None]
+) -> Callable[[TrialRecord], None]:
+    """Return what is called with each record found in ``out``: ResultsError where it is none of the jobs'."""
+
+    def found(record: TrialRecord) -> None:
+        trial = record.trial
+        if not jobs.holds(trial) or jobs.job(trial).object != record.object:
+            raise ResultsError(
+                f"{out} holds trial {trial} on {record.object}, which is none of this run; "
+                "its files were mixed up. Restore them, or choose another --out."
+            )
+        progress(record, True)
+
+    return found
 
 
 def carry_out(

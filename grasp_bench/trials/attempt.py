@@ -42,12 +42,14 @@ class Table:
         build: makes the world of the objects.
         settle: brings the objects to rest in that world.
         alone: whether the world differs from all others of the workcell in one object only.
+        take: takes the picture, as :func:`~grasp_bench.trials.workcell.take_picture` does.
     """
 
     models: Sequence[ObjectModel]
     build: Callable[[], World]
     settle: Callable[[World], None]
     alone: bool = False
+    take: Callable[..., tuple[Picture, RgbdImage]] = take_picture
 
 
 @dataclass
@@ -111,10 +113,7 @@ def attempt(
             world = done.world = table.build()
         with clock.phase("settle"):
             table.settle(world)
-        alone = world.object_body if table.alone else -1
-        picture, image = take_picture(
-            world, camera, cell.scenario, streams(Purpose.SENSOR), clock, changing=alone
-        )
+        picture, image = take_first_picture(cell, table, world, streams, clock)
         done.image = image
         with clock.phase("predict"):
             truths = _truths(world, table.models, camera)
@@ -144,6 +143,15 @@ def attempt(
         return ended(Outcome.UNSTABLE, str(error))
     except PredictorError as error:
         return ended(Outcome.ERROR, str(error))
+
+
+def take_first_picture(
+    cell: Workcell, table: Table, world: World, streams: Streams, clock: Clock
+) -> tuple[Picture, RgbdImage]:
+    """Return what :func:`~grasp_bench.trials.workcell.take_picture` does of a table at rest."""
+    changing = world.object_body if table.alone else -1
+    camera, rng = cell.true_camera(streams), streams(Purpose.SENSOR)
+    return table.take(world, camera, cell.scenario, rng, clock, changing=changing)
 
 
 def _record(

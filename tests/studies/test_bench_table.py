@@ -6,6 +6,7 @@ import json
 import math
 import re
 import shutil
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,7 @@ from grasp_bench.report.accuracy import accuracy_table
 from grasp_bench.report.run import Run
 from grasp_bench.runs.evaluation import Evaluation
 from grasp_bench.runs.statistics import mcnemar, trials_to_distinguish
+from grasp_bench.studies import bench_table
 from grasp_bench.studies.bench_table import UNABLATED, bench, compare, read_evaluations, tables, trained_on
 
 REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
@@ -209,15 +211,19 @@ def test_bad_folders(tmp_path: Path) -> None:
 
 
 def test_bench_runs_what_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = []
-    monkeypatch.setattr("grasp_bench.api.run", lambda **settings: asked.append(settings))
-    left_out = bench(tmp_path, ["oracle", "mine:Own"], trials=7, seed=3)
-    assert [a["predictor"] for a in asked] == ["oracle", "mine:Own"]
-    assert [a["out"] for a in asked] == [tmp_path / "oracle", tmp_path / "mine-Own"]
-    assert {(a["trials"], a["seed"], a["scenario"]) for a in asked} == {(7, 3, "table4")}
-    asked.clear()
+    alone, together = [], []
+    monkeypatch.setattr("grasp_bench.api.run", lambda **settings: alone.append(settings))
+    monkeypatch.setattr(bench_table, "run_together", lambda *asked: together.append(asked))
+    monkeypatch.setattr(bench_table, "early_crew", lambda *_: nullcontext())
+    left_out = bench(tmp_path, ["oracle", "mine:Own", "gg-cnn"], trials=7, seed=3)
+    assert [(a["predictor"], a["out"]) for a in alone] == [("mine:Own", tmp_path / "mine-Own")]
+    assert {(a["trials"], a["seed"], a["scenario"]) for a in alone} == {(7, 3, "table4")}
+    ((settings, folders, jobs, *_),) = together
+    assert folders == {"oracle": tmp_path / "oracle", "gg-cnn": tmp_path / "gg-cnn"}
+    assert (settings.seed, settings.scenario.name, len(jobs)) == (3, "table4", 7)
+    together.clear()
     bench(tmp_path)
-    assert {a["predictor"] for a in asked} == {n for n, e in SHIPPED.items() if e.available}
+    assert set(together[0][1]) == {n for n, e in SHIPPED.items() if e.available}
     assert set(left_out) == {n for n, e in SHIPPED.items() if not e.available}
 
 

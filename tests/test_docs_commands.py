@@ -22,8 +22,8 @@ PAGES = sorted(
         *ROOT.glob("examples/**/*.py"),
     ]
 )
-BLOCK = re.compile(r"^( *)```(?:bash|console|sh)?\n(.*?)^\1```", re.DOTALL | re.MULTILINE)
-ANY_BLOCK = re.compile(r"^ *(```|~~~).*?^ *\1", re.DOTALL | re.MULTILINE)
+BLOCK = re.compile(r"^( *)```([\w-]*)[^\n]*\n(.*?)^\1```", re.DOTALL | re.MULTILINE)
+SHELLS = ("", "bash", "console", "sh")
 INLINE = re.compile(r"`([^` \n][^`\n]*)`")
 COMMAND = re.compile(r"(?:^ *|&& |: |\$ )((?:grasp-bench |make |python (?:scripts|benchmarks|examples)/).*)")
 PLACEHOLDER = re.compile(r"…|\.\.\.|<[a-z]+>|[*{}$]|\b[A-Z][A-Z_]{2,}\b|\bN\b")
@@ -42,15 +42,12 @@ def commands(page: Path) -> list[str]:
         text = text.split('"""')[1]
         lines = text.splitlines()
     else:
-        lines = [
-            line for block in BLOCK.findall(text) for line in re.sub(r"\\\n *", " ", block[1]).splitlines()
-        ]
-        lines += INLINE.findall(ANY_BLOCK.sub("", text).replace("\n", " "))
+        blocks = [re.sub(r"\\\n *", " ", b) for _, kind, b in BLOCK.findall(text) if kind in SHELLS]
+        lines = [line for block in blocks for line in block.splitlines()]
+        lines += INLINE.findall(BLOCK.sub("", text).replace("\n", " "))
     found = []
     for line in lines:
-        found += re.findall(
-            r"(?:^|[\s;(]|&& )((?:grasp-bench |make |python (?:scripts|benchmarks|examples)/).*)", line
-        )
+        found += COMMAND.findall(line)
     return [re.split(r" && | #| \||;|   +[a-z(]", line)[0].strip().rstrip("`.,):") for line in found]
 
 

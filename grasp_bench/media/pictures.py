@@ -63,7 +63,7 @@ def crop_for(image: RgbdImage, grasps: list[Grasp]) -> Crop:
 
 
 def close_to(image: RgbdImage, grasp: Grasp | None) -> Crop:
-    """Return a square of the image around a grasp, half as large as that of :func:`crop_for`."""
+    """Return a square of the image around a grasp, half of :func:`crop_for`'s where that holds it."""
     if grasp is None:
         return crop_for(image, [])
     side = int(min(max(112.0, 1.6 * grasp.width + 32), min(image.depth.shape)))

@@ -13,6 +13,7 @@ from grasp_bench.errors import GraspBenchError
 from grasp_bench.grasps import GraspMaps
 from grasp_bench.media.pictures import Rgb, close_to, crop_for, depth, proposed, seen
 from grasp_bench.media.recording import Moment, Recording, moment
+from grasp_bench.predictors.guard import Guard
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.trials.attempt import Trial
 
@@ -49,13 +50,10 @@ class Take:
         if done.world is not None:
             moments.append(moment(done.world, recording.touches))
         failed = done.record.outcome == Outcome.ERROR  # what a predictor has then is of an earlier image
-        return cls(
-            done,
-            moments,
-            None if failed else getattr(predictor, "last_maps", None),
-            getattr(predictor, "crop_origin", (0, 0)),
-            attempt,
-        )
+        with Guard("the predictor's last_maps or crop_origin raised"):
+            maps = None if failed else getattr(predictor, "last_maps", None)
+            origin = getattr(predictor, "crop_origin", (0, 0))
+        return cls(done, moments, maps, origin, attempt)
 
     @property
     def name(self) -> str:

@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from grasp_bench.report.clutter import attempts_in_words, in_words
+from grasp_bench.report.firmness import FirmnessPair, compare_firmness, firmness_table, pairs_table
 from grasp_bench.report.groups import Group, beside_the_paper, grouped, is_control
+from grasp_bench.report.help import Merit, merit_table, merits
 from grasp_bench.report.paper import TABLE_4
 from grasp_bench.report.summary import Summary, worst_objects
 from grasp_bench.report.tables import RATE_HEAD, TextTable, rate_cells
@@ -73,14 +75,18 @@ PAPER = tuple(
 
 @dataclass(frozen=True)
 class Report:
-    """Figures of several runs."""
+    """Figures of several runs, and of each predictor with and without the planner's help."""
 
     runs: tuple[Summary, ...]
+    merits: tuple[Merit, ...] = ()
+    pairs: tuple[FirmnessPair, ...] = ()
 
     @classmethod
     def of(cls, runs: Iterable[RunResults], root: Path | None = None) -> Report:
         """Return the report of all runs that hold a trial, named by their paths below ``root``."""
-        return cls(tuple(Summary.of(run, root) for run in runs if len(run)))
+        begun = [run for run in runs if len(run)]
+        summaries = tuple(Summary.of(run, root) for run in begun)
+        return cls(summaries, tuple(merits(begun)), tuple(compare_firmness(begun)))
 
     @property
     def rows(self) -> list[Row]:
@@ -98,6 +104,8 @@ class Report:
             "note": NOTE,
             "runs": [run.to_json() for run in self.runs],
             "table4": [row.to_json() for row in self.rows],
+            "merit": [merit.to_json() for merit in self.merits],
+            "firmer": [pair.to_json() for pair in self.pairs],
             "groups": [{"title": g.title, "runs": [self.runs[i].run for i in g.runs]} for g in self.groups],
         }
 
@@ -106,7 +114,11 @@ class Report:
         groups = self.groups
         titled = next((g for g in groups if g.of_the_paper), None)
         order = [self.runs[i] for g in groups for i in g.runs]
-        return [*(self._table(g, g is titled) for g in groups), *map(endings, order)]
+        merit = [merit_table(self.merits)] if self.merits else []
+        told = [(r.run, r.firmness) for r in self.runs if r.firmness is not None]
+        firm = [firmness_table(told)] if told else []
+        firm += [pairs_table([r.run for r in self.runs], self.pairs)] if self.pairs else []
+        return [*(self._table(g, g is titled) for g in groups), *merit, *firm, *map(endings, order)]
 
     def _table(self, group: Group, titled: bool) -> TextTable:
         runs = [self.runs[i] for i in group.runs]

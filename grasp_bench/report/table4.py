@@ -24,7 +24,7 @@ ROBOTS = (
     "rows, nor with each other: their 95 % Wilson intervals all overlap, so no order can be "
     "claimed from them."
 )
-NOTE = f"Rows marked “paper” {ROBOTS}"
+NOTE = f"Rows marked “paper” {ROBOTS} 110/120 is 91.7 %, where the paper prints 92.0 %."
 
 
 @dataclass(frozen=True)

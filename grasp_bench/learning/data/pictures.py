@@ -63,7 +63,7 @@ def _strip(scene: Scene, title: str) -> NDArray[np.uint8]:
             cv2.line(photo, corners[a].tolist(), corners[b].tolist(), (230, 30, 40), 2, cv2.LINE_AA, 3)
     cv2.putText(photo, title, (4, 14), cv2.FONT_HERSHEY_SIMPLEX, 0.45, (128, 0, 128), 1, cv2.LINE_AA)
     depth = scene.depth.astype(float)
-    near, far = np.percentile(depth[depth > 0], [0.5, 99.5])
+    near, far = np.percentile(depth[depth > 0], [0.5, 99.5]) if (depth > 0).any() else (0.0, 1.0)
     shade = 230 - 200 * np.clip((depth - near) / max(far - near, 1), 0, 1)
     grey = np.where(depth > 0, shade, 0).astype(np.uint8)
     heat = cv2.applyColorMap(scene.quality, cv2.COLORMAP_INFERNO)[..., ::-1]

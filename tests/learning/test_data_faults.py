@@ -34,7 +34,7 @@ def test_an_image_that_lies_twice_is_there_once(tmp_path: Path) -> None:
         "4 images left out that lie in the copy a second time: copy of 01/pcd0100cpos.txt" in found.describe()
     )
     for split in ("image", "object"):
-        folds = make_folds([e.object for e in found.entries], 3, split)  # type: ignore[arg-type]
+        folds = make_folds([e.object for e in found.entries], 3, split)
         for k, part in enumerate(folds.test):
             assert not {names[i] for i in part} & {names[i] for i in folds.train(k)}
 

@@ -179,13 +179,24 @@ def load_object(name: str, folder: PathLike | None = None) -> ObjectModel:
 
 
 def select_objects(objects: PathLike | Sequence[str]) -> tuple[Catalog, list[str]]:
-    """Return the catalogue and the names that ``objects`` means; see :func:`run`."""
+    """Return the catalogue and the names that ``objects`` means; see :func:`run`.
+
+    Of a folder, objects that are marked as having no grasp that fits the gripper are left out.
+
+    Raises:
+        GraspBenchError: where none is left.
+    """
     if not isinstance(objects, (str, os.PathLike)):
         return (catalog := Catalog()), catalog.select(",".join(objects))
     what = os.fspath(objects)
     if what != "all" and os.path.isdir(what):
         catalog = Catalog(Path(what))
-        return catalog, catalog.names
+        without = catalog.ungraspable(catalog.names)
+        if len(without) == len(catalog.names):
+            raise GraspBenchError(
+                f"No grasp fits the gripper on any of the {len(without)} objects in {what}."
+            )
+        return catalog, [n for n in catalog.names if n not in without]
     if "/" in what:
         raise GraspBenchError(f"The folder {what} of --objects does not exist here, in {Path.cwd()}.")
     return (catalog := Catalog()), catalog.select(what)

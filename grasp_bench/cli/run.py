@@ -112,12 +112,21 @@ def run_command(
         from rich.console import Console
 
         from grasp_bench import api
+        from grasp_bench.objects.catalog import Catalog
         from grasp_bench.report.clutter import in_words
         from grasp_bench.report.summary import Summary
         from grasp_bench.runs.jobs import Shard, spread
 
         console = Console(quiet=quiet or as_json)
         allowed = ErrorLimit.parse(max_errors)
+        if objects is not None and objects != "all" and Path(objects).is_dir():
+            catalog = Catalog(Path(objects))
+            if without := catalog.ungraspable(catalog.names):
+                console.print(
+                    f"Left out, since no grasp fits the gripper in any resting pose: {', '.join(without)}.",
+                    soft_wrap=True,
+                    markup=False,
+                )
         total = len(spread(["any"], trials, Shard.parse(shard)))
         with told_apart(signal.SIGINT, signal.SIGTERM), Progress(total, console) as bar:
             done = api.run(

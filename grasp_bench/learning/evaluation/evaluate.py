@@ -167,6 +167,8 @@ def _judge_all(
     predictor: Predictor, cases: Iterator[Case], question: Question, report: Report, fold: int = 1
 ) -> Iterator[Record]:
     for i, case in enumerate(cases):
+        if not len(case.rectangles):
+            continue  # all labels lie outside of the picture: no answer could be right
         rng = np.random.default_rng(i)
         answer = best_grasp(predictor, case, question.protocol, rng, question.rim)
         record = _record(answer, case, question.protocol, fold)

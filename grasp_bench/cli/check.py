@@ -75,14 +75,16 @@ def check_command(
         checked = check(new, baseline, margin, alpha, exact)
     else:
         checked = check_firmness(new, baseline, firmness, alpha)
-    try:
-        if junit is not None:
-            junit.write_bytes(as_junit(checked))
-        if markdown is not None:
-            with markdown.open("a", encoding="utf-8") as file:
-                file.write(as_markdown(checked))
-    except OSError as error:
-        raise GraspBenchError(f"{error.filename} cannot be written ({error.strerror}).") from error
+    for path, mode, content in (
+        (junit, "wb", lambda: as_junit(checked)),
+        (markdown, "ab", lambda: as_markdown(checked).encode()),
+    ):
+        if path is not None:
+            try:
+                with path.open(mode) as file:
+                    file.write(content())
+            except OSError as error:
+                raise GraspBenchError(f"{path} cannot be written ({error.strerror}).") from error
     if as_json:
         typer.echo(json.dumps(checked.to_json(), ensure_ascii=False))
     else:

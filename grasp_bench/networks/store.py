@@ -57,7 +57,7 @@ class WeightsFile:
         if not self.present:
             raise AssetError(
                 f"Weights {self.path} are missing; train them with `grasp-bench train --predictor "
-                f"{self.path.stem} --export`, or give the path of a .safetensors file."
+                f"{self.path.stem} --data DIR --out DIR --export`, or give a .safetensors file by --weights."
             )
 
     def described(self) -> str:

@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from grasp_bench.errors import PredictorError, UnknownNameError
+from grasp_bench.networks.registry import NETWORKS
+from grasp_bench.networks.store import WeightsFile
 from grasp_bench.predictors.command import CommandPredictor
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.predictors.remote import RemotePredictor
@@ -20,6 +22,8 @@ GROUP = "grasp_bench.predictors"
 """Group of entry points in which packages offer predictors."""
 EXAMPLES = ("my_module:MyPredictor", "http://127.0.0.1:PORT", "cmd: COMMAND --port {port}")
 """How the other ways in are spelt, for messages."""
+AT = "@"
+"""Between a network and the file of its weights."""
 _COMMAND = "cmd:"
 _ADDRESSES = ("http://", "https://")
 
@@ -117,7 +121,36 @@ class Command:
         return {"files": {word: sha256(Path(word)) for word in words if Path(word).is_file()}}
 
 
-Named = Shipped | Installed | PythonPath | Server | Command
+@dataclass(frozen=True)
+class Trained:
+    """``NETWORK@FILE``: a registered network with weights that are not shipped."""
+
+    name: str
+    kind: ClassVar[str] = "network"
+
+    @property
+    def network(self) -> str:
+        """The registered network."""
+        return self.name.partition(AT)[0]
+
+    @property
+    def weights(self) -> WeightsFile:
+        """The file of its weights."""
+        return WeightsFile(Path(self.name.partition(AT)[2]))
+
+    def load(self) -> Predictor:
+        """Make the predictor; AssetError for weights that are missing, damaged or of another network."""
+        from grasp_bench.predictors.network import NetworkPredictor
+
+        return NetworkPredictor(self.network, self.weights.path)
+
+    def facts(self, predictor: object) -> dict[str, Any]:
+        """Return what identifies it: its weights."""
+        self.weights.require()
+        return {"files": {self.weights.name: self.weights.digest}}
+
+
+Named = Shipped | Trained | Installed | PythonPath | Server | Command
 
 
 def installed() -> dict[str, list[Installed]]:
@@ -141,6 +174,8 @@ def parse(name: str) -> Named:
         return Server(name)
     if name.startswith(_COMMAND):
         return Command(name)
+    if AT in name and name.partition(AT)[0] in NETWORKS:
+        return Trained(name)
     if ":" in name:
         return PythonPath(name)
     offers = installed()
@@ -153,6 +188,13 @@ def parse(name: str) -> Named:
             f"{' and '.join(paths)}. Name the one you mean by its module:Class."
         )
     return offers[name][0]
+
+
+def with_weights(name: str, weights: Path) -> str:
+    """Return the name of a network with the weights in a file; PredictorError where it names no network."""
+    if name not in NETWORKS:
+        raise PredictorError(f"--weights is for networks; {name} is none.")
+    return f"{name}{AT}{weights}"
 
 
 def load_predictor(name: str) -> Predictor:

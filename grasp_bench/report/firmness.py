@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from grasp_bench.report.compare import same_conditions
 from grasp_bench.report.tables import TextTable
 from grasp_bench.runs.info import RunInfo
 from grasp_bench.runs.margins import (
@@ -125,12 +124,22 @@ def firmness(run: RunResults) -> Firmness | None:
     return Firmness.of(run.records) if graded(run.info) and len(run) else None
 
 
+def _same_conditions(first: RunResults, second: RunResults) -> bool:
+    """Return whether equal trial numbers mean the same scene: scenario, seed and renderer agree."""
+
+    def conditions(run: RunResults) -> list[Any]:
+        scenario = {k: v for k, v in run.info.scenario.items() if k != "description"}
+        return [scenario, run.info.seed, run.info.renderer]
+
+    return conditions(first) == conditions(second)
+
+
 def compare_firmness(runs: Sequence[RunResults]) -> list[FirmnessPair]:
     """Compare all graded runs of the same scenario, seed and renderer on their common trials."""
     pairs = []
     for i, j in combinations(range(len(runs)), 2):
         first, second = runs[i], runs[j]
-        if not (graded(first.info) and graded(second.info) and same_conditions(first, second)):
+        if not (graded(first.info) and graded(second.info) and _same_conditions(first, second)):
             continue
         octaves, objects = octaves_apart(first.records, second.records)
         if not objects:

@@ -9,12 +9,20 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
-from pydantic import Field, PlainSerializer, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import (
+    BeforeValidator,
+    Field,
+    PlainSerializer,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
 from pydantic_core import CoreSchema, core_schema
 
 from grasp_bench.grasps import Grasp, GraspPose
-from grasp_bench.runs.schema import Count, Number, Stored, Text, shown
+from grasp_bench.runs.schema import Count, Number, Stored, Text
 from grasp_bench.scenario.outcomes import Outcome
+from grasp_bench.system.texts import LONGEST, legible, shown
 
 
 class TcpError(NamedTuple):
@@ -43,10 +51,16 @@ class _Part:
             return value
         if not isinstance(value, dict):
             raise ValueError("not an object")
-        arrays = {k: np.asarray(value[k], dtype=float) for k in self.digits if k in value}
+        try:
+            arrays = {k: np.asarray(value[k], dtype=float) for k in self.digits if k in value}
+        except (TypeError, OverflowError) as error:
+            raise ValueError("not numbers") from error
         if any(not np.isfinite(a).all() or a.shape != self.shapes.get(k, ()) for k, a in arrays.items()):
             raise ValueError("not finite numbers of the right shape")
-        return self.kind(**{k: a if k in self.shapes else float(a) for k, a in arrays.items()})
+        try:
+            return self.kind(**{k: a if k in self.shapes else float(a) for k, a in arrays.items()})
+        except TypeError as error:
+            raise ValueError("a number is missing") from error
 
     def written(self, part: Any) -> dict[str, Any] | None:
         if part is None:
@@ -74,6 +88,13 @@ _ERROR = _Part(TcpError, {"position": 6, "angle": 6})
 NESTED = {"grasp": tuple(_GRASP.digits), "pose": tuple(_POSE.digits), "tcp_error": tuple(_ERROR.digits)}
 """Fields that are objects in the file, and the keys of each."""
 PART = "an object or null"
+
+
+def _cut(text: Any) -> Any:
+    return legible(text, LONGEST) if isinstance(text, str) else text
+
+
+Detail = Annotated[Text, BeforeValidator(_cut)]
 
 
 class MarginRecord(Stored):
@@ -118,7 +139,7 @@ class Attempted(Stored):
     object: Text
     category: Text
     outcome: Annotated[Outcome, Field(description=f"one of {', '.join(map(str, Outcome))}")]
-    detail: Text = ""
+    detail: Detail = ""
     grasp: Annotated[Grasp | None, _GRASP, Field(description=PART)] = None
     pose: Annotated[GraspPose | None, _POSE, Field(description=PART)] = None
     rank: Annotated[Count | None, Field(description="a whole number from 0 or null")] = None

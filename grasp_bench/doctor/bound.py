@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from grasp_bench.doctor.checks import Check, State
-from grasp_bench.report.compare import same_conditions
+from grasp_bench.report.firmness import same_conditions
 from grasp_bench.runs.info import RUN
 from grasp_bench.runs.results import RunResults
 

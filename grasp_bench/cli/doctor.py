@@ -36,7 +36,8 @@ def doctor_command(
     """Check the installation, or do some trials of RUN again and compare them byte for byte.
 
     Where versions, objects, weights, renderer or processor are not those of RUN, it says so, and what that
-    means for its numbers.
+    means for its numbers. Of a run of the oracle it says whether it is an upper bound: whether it lifts
+    nearly everything, and no run of the same trials beside it lifts more.
 
     Exit codes: 0 all is well · 1 something is wrong or did not repeat · 2 bad input.
 
@@ -62,11 +63,12 @@ def doctor_command(
         info = load_run(run)
         trust = ask_for_trust(info.predictor, run, trust)
         prepare(info.renderer)
+        from grasp_bench.doctor.bound import check_bound
         from grasp_bench.doctor.rerun import rerun
         from grasp_bench.execution.executors import make_executor
 
         found = rerun(run, trials, make_executor("process", 1), objects, trust)
-        title, checks = f"{run}, then and now", found.checks
+        title, checks = f"{run}, then and now", [*found.checks, *check_bound(run)]
     if as_json:
         typer.echo(json.dumps([c.to_json() for c in checks], ensure_ascii=False))
     else:

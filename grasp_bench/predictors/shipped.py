@@ -92,7 +92,8 @@ class Shipped:
 
 
 def _control(name: str, summary: str) -> Shipped:
-    return Shipped(name, "control", summary, f"grasp_bench.predictors.controls:{name.capitalize()}")
+    maker = name.capitalize().replace("-", "")
+    return Shipped(name, "control", summary, f"grasp_bench.predictors.controls:{maker}")
 
 
 SHIPPED: dict[str, Shipped] = {
@@ -102,10 +103,11 @@ SHIPPED: dict[str, Shipped] = {
             Shipped(weights.name, "network", weights.summary, NETWORK_PREDICTOR, network, weights)
             for network, weights in all_weights().values()
         ),
-        _control("oracle", "reference grasps of the true mesh and pose: upper bound"),
+        _control("oracle", "upper bound: reference grasps of the true mesh, tried out beforehand"),
         _control("antipodal", "opposite depth edges, after Dex-Net's sampling"),
         _control("centroid", "middle and shorter axis of the depth blob"),
         _control("random", "a random place and direction on the object"),
+        _control("random-10", "ten of these: what the planner alone can do"),
         _control("displaced", "the oracle's grasp 0.2 m beside: must fail"),
     )
 }

@@ -124,7 +124,7 @@ def firmness(run: RunResults) -> Firmness | None:
     return Firmness.of(run.records) if graded(run.info) and len(run) else None
 
 
-def _same_conditions(first: RunResults, second: RunResults) -> bool:
+def same_conditions(first: RunResults, second: RunResults) -> bool:
     """Return whether equal trial numbers mean the same scene: scenario, seed and renderer agree."""
 
     def conditions(run: RunResults) -> list[Any]:
@@ -139,7 +139,7 @@ def compare_firmness(runs: Sequence[RunResults]) -> list[FirmnessPair]:
     pairs = []
     for i, j in combinations(range(len(runs)), 2):
         first, second = runs[i], runs[j]
-        if not (graded(first.info) and graded(second.info) and _same_conditions(first, second)):
+        if not (graded(first.info) and graded(second.info) and same_conditions(first, second)):
             continue
         octaves, objects = octaves_apart(first.records, second.records)
         if not objects:

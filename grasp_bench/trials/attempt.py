@@ -22,7 +22,7 @@ from grasp_bench.planning.choice import choose_grasp
 from grasp_bench.planning.planner import Plan
 from grasp_bench.planning.refusals import Refused
 from grasp_bench.planning.seen import SeenScene
-from grasp_bench.predictors.protocol import GroundTruth, Predictor, ask
+from grasp_bench.predictors.protocol import GroundTruth, Predictor, PrivilegedPredictor, ask
 from grasp_bench.runs.record import MarginRecord, TrialRecord
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scenario.seeding import Purpose, Streams
@@ -30,6 +30,7 @@ from grasp_bench.scene.rendering import Picture, SceneCamera
 from grasp_bench.scene.world import UnstableError, World
 from grasp_bench.trials.clock import Clock
 from grasp_bench.trials.execution import Execution, execute
+from grasp_bench.trials.foresight import foresee
 from grasp_bench.trials.margin import measure
 from grasp_bench.trials.workcell import Workcell, take_picture
 
@@ -50,6 +51,12 @@ class Table:
     settle: Callable[[World], None]
     alone: bool = False
     take: Callable[..., tuple[Picture, RgbdImage]] = take_picture
+
+    def fresh(self) -> World:
+        """Return another world of the same objects at rest, the same to the bit."""
+        world = self.build()
+        self.settle(world)
+        return world
 
 
 @dataclass
@@ -121,8 +128,18 @@ def attempt(
         if not done.grasps:
             return ended(Outcome.NO_GRASP, "the predictor proposed no grasp")
         with clock.phase("plan"):
-            scene = SeenScene(image, cell.camera.pose, cell.camera.directions)  # as the robot believes
-            choice = choose_grasp(cell.planner, scene, done.grasps)
+            if isinstance(predictor, PrivilegedPredictor) and predictor.foresight:
+                exact = RgbdImage(picture.rgb, picture.depth, camera.intrinsics)
+                choice = foresee(
+                    cell.planner,
+                    SeenScene(exact, camera.pose, camera.directions),
+                    done.grasps,
+                    table.fresh,
+                    lambda grasp: _meant(grasp, picture, world, camera),
+                )
+            else:
+                scene = SeenScene(image, cell.camera.pose, cell.camera.directions)  # as the robot believes
+                choice = choose_grasp(cell.planner, scene, done.grasps)
         rank, grasp = choice.rank, done.grasps[choice.rank]
         aim = _meant(grasp, picture, world, camera)
         target = table.models[aim]

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from grasp_bench.errors import GraspBenchError, PredictorError
+from grasp_bench.errors import GraspBenchError, PredictorError, UnknownNameError
 from grasp_bench.execution.executors import make_executor
 from grasp_bench.execution.runner import RunSummary
 from grasp_bench.execution.runner import run as run_trials
@@ -58,6 +58,7 @@ def run(
     executor: str = "process",
     ray_address: str | None = None,
     memory_limit: float | None = None,
+    on_error: str = "record",
 ) -> FinishedRun:
     """Try to pick up objects, record every trial, and return the run.
 
@@ -92,6 +93,9 @@ def run(
         ray_address: ``"auto"`` or ``"HOST:PORT"`` of a running Ray cluster; without one, Ray is
             started on this machine.
         memory_limit: most memory of a worker [GiB]; by default its share of 80 % of the machine's.
+        on_error: ``"record"`` an error as the outcome of its trial (its traceback goes to ``errors.log`` in
+            the run's folder), or ``"raise"`` the first one: an instance's exception as it is, a worker's as
+            a PredictorError. Its trial is then done again on resume.
 
     Raises:
         GraspBenchError: before any trial starts, for anything wrong with the inputs.
@@ -103,6 +107,8 @@ def run(
         raise GraspBenchError(f"seed must be from 0 to {MOST_SEED}, not {shown(seed)}")
     if workers is not None and workers < 0:
         raise GraspBenchError(f"workers must not be negative, not {workers}; 0 takes one for each core")
+    if on_error not in ("record", "raise"):
+        raise UnknownNameError("choice of on_error", on_error, ("record", "raise"))
     if rerun is not None:
         from grasp_bench.media.rerun_log import import_rerun
 
@@ -147,7 +153,7 @@ def run(
         folder = folder.absolute()
     log = None if rerun is None else Path(rerun).absolute()
     with told_apart(), _reporting(progress, len(jobs)) as on_trial:
-        summary = run_trials(settings, jobs, folder, 1, on_trial, here, chosen_executor)
+        summary = run_trials(settings, jobs, folder, 1, on_trial, here, chosen_executor, on_error == "raise")
     if log is not None:
         from grasp_bench.media.rerun_log import join_parts
 

@@ -101,9 +101,11 @@ def run_command(
     Example: grasp-bench run --objects mug,pliers --trials 20 --predictor oracle
     """
     from rich.console import Console
+    from rich.markup import escape
 
     from grasp_bench import api
     from grasp_bench.report.clutter import in_words
+    from grasp_bench.report.ending import ending
     from grasp_bench.report.summary import Summary
     from grasp_bench.runs.jobs import Shard, spread
 
@@ -141,9 +143,12 @@ def run_command(
         typer.echo(json.dumps(told.to_json()))
     said = f" lifted {told.lifted}" if told.clutter is None else f": {in_words(told.clutter)}"
     console.print(
-        f"[bold]{predictor}[/bold]{said}. Results in {folder}; see `grasp-bench report {folder}`.",
+        f"[bold]{escape(predictor)}[/bold]{said}. Results in {escape(str(folder))}; "
+        f"see `grasp-bench report {escape(str(folder))}`.",
         soft_wrap=True,
     )
+    for line in ending(done):
+        console.print(escape(line), soft_wrap=True, highlight=False)
     if rerun is not None:
         console.print(
             f"{rerun}: {rerun.stat().st_size / 1e6:.1f} MB; open it with `rerun {rerun}`."

@@ -64,8 +64,10 @@ def do(job: Job) -> Answer:
     return attempt(job, **_worker)
 
 
-def attempt(job: Job, settings: Settings, catalog: Catalog, cell: Workcell, predictor: Predictor) -> Answer:
-    """Do one trial, whose record is an error where anything raises."""
+def attempt(
+    job: Job, settings: Settings, catalog: Catalog, cell: Workcell, predictor: Predictor, raises: bool = False
+) -> Answer:
+    """Do one trial, whose record is an error where anything raises; with ``raises`` that is raised again."""
     from grasp_bench.media.recorders import recorders_for
     from grasp_bench.trials.job import do_job
 
@@ -80,4 +82,6 @@ def attempt(job: Job, settings: Settings, catalog: Catalog, cell: Workcell, pred
             category = catalog.entries[job.object]["category"]
             record = failed(job, category, settings.seed, Outcome.ERROR, raised(error))
             timings = Timings(trial=job.trial)
+    if raises and faults and record.outcome is Outcome.ERROR:
+        raise faults[0]
     return Answer(job, record, timings, tuple(map(whole_traceback, faults)))

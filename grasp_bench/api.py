@@ -20,7 +20,8 @@ from grasp_bench.predictors.guard import Guard
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.report.run import Run
 from grasp_bench.runs.info import RUN
-from grasp_bench.runs.jobs import MOST_SEED, MOST_TRIALS, WHOLE, Settings, Shard, spread
+from grasp_bench.runs.jobs import WHOLE, Settings, Shard, spread
+from grasp_bench.runs.limits import MOST_SEED, MOST_TRIALS
 from grasp_bench.runs.record import TrialRecord
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.scenario.sections import Scenario

@@ -10,8 +10,7 @@ from typing import Annotated
 import typer
 
 from grasp_bench.cli import completion
-from grasp_bench.runs.jobs import MOST_SEED, MOST_TRIALS
-from grasp_bench.runs.limits import ErrorLimit
+from grasp_bench.runs.limits import MOST_SEED, MOST_TRIALS, ErrorLimit
 from grasp_bench.system.interrupts import told_apart
 from grasp_bench.system.progress import Progress
 

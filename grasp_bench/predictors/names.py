@@ -30,6 +30,7 @@ class PythonPath:
 
     name: str
     kind: ClassVar[str] = "own"
+    apart: ClassVar[bool] = False
     weights: ClassVar[None] = None
 
     @property
@@ -81,6 +82,7 @@ class Server:
 
     name: str
     kind: ClassVar[str] = "server"
+    apart: ClassVar[bool] = True
     weights: ClassVar[None] = None
 
     def load(self) -> Predictor:
@@ -98,6 +100,7 @@ class Command:
 
     name: str
     kind: ClassVar[str] = "command"
+    apart: ClassVar[bool] = True
     weights: ClassVar[None] = None
 
     @property

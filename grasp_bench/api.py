@@ -60,6 +60,7 @@ def run(
     ray_address: str | None = None,
     memory_limit: float | None = None,
     on_error: str = "record",
+    weights: PathLike | None = None,
 ) -> FinishedRun:
     """Try to pick up objects, record every trial, and return the run.
 
@@ -94,6 +95,8 @@ def run(
         ray_address: ``"auto"`` or ``"HOST:PORT"`` of a running Ray cluster; without one, Ray is
             started on this machine.
         memory_limit: most memory of a worker [GiB]; by default its share of 80 % of the machine's.
+        weights: a file of weights that ``grasp-bench train`` wrote, instead of ``predictor``; it says itself
+            of which network they are.
         on_error: ``"record"`` an error as the outcome of its trial (its traceback goes to ``errors.log`` in
             the run's folder), or ``"raise"`` the first one: an instance's exception as it is, a worker's as
             a PredictorError. Its trial is then done again on resume.
@@ -120,7 +123,7 @@ def run(
         # episodes draw from these
         reasons = {n: chosen.objects.names.get(n, "") for n in names}
         chosen = chosen.model_copy(update={"objects": chosen.objects.model_copy(update={"names": reasons})})
-    name, here = named(predictor)
+    name, here = named(predictor if weights is None else os.fspath(weights))
     if here is not None and workers not in (None, 1):
         raise PredictorError(
             f"{name} exists in this process only and cannot be sent to {workers or 'all'} "

@@ -10,8 +10,10 @@ from typing import Annotated
 import typer
 
 from grasp_bench.cli import completion
+from grasp_bench.errors import GraspBenchError
 from grasp_bench.runs.limits import MOST_SEED, MOST_TRIALS, ErrorLimit
 from grasp_bench.system.interrupts import told_apart
+from grasp_bench.system.machine import usable_cores
 from grasp_bench.system.progress import Progress
 
 
@@ -92,6 +94,10 @@ def run_command(
             "the machine's memory.",
         ),
     ] = None,
+    weights: Annotated[
+        Path | None,
+        typer.Option(help="Weights of `grasp-bench train`, FILE.safetensors, instead of --predictor."),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the run's figures as JSON.")] = False,
 ) -> None:
@@ -103,12 +109,19 @@ def run_command(
     from rich.markup import escape
 
     from grasp_bench import api
+    from grasp_bench.predictors.names import WEIGHTS
     from grasp_bench.report.clutter import in_words
     from grasp_bench.report.ending import ending
     from grasp_bench.report.summary import Summary
     from grasp_bench.runs.jobs import Shard, spread
 
     console = Console(quiet=quiet or as_json)
+    if weights is not None and weights.suffix != WEIGHTS:
+        raise GraspBenchError(f"--weights must be a file FILE{WEIGHTS} of `grasp-bench train`: {weights}")
+    most = max(2, usable_cores())
+    if executor == "process" and workers > most:
+        console.print(f"{workers} workers would only wait for each other here; {most} are used.")
+        workers = most
     allowed = ErrorLimit.parse(max_errors)
     stops = told_apart(signal.SIGINT, signal.SIGTERM)
     with stops, Progress(len(spread(["any"], trials, Shard.parse(shard))), console) as bar:
@@ -128,6 +141,7 @@ def run_command(
             executor=executor,
             ray_address=ray_address,
             memory_limit=memory_limit,
+            weights=weights,
         )
     folder, summary, told = done.folder, done.summary, Summary.of(done)
     if summary.repaired:
@@ -142,7 +156,7 @@ def run_command(
         typer.echo(json.dumps(told.to_json()))
     said = f" lifted {told.lifted}" if told.clutter is None else f": {in_words(told.clutter)}"
     console.print(
-        f"[bold]{escape(predictor)}[/bold]{said}. Results in {escape(str(folder))}; "
+        f"[bold]{escape(done.predictor)}[/bold]{said}. Results in {escape(str(folder))}; "
         f"see `grasp-bench report {escape(str(folder))}`.",
         soft_wrap=True,
     )

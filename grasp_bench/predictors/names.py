@@ -4,22 +4,31 @@ from __future__ import annotations
 
 import shlex
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint, entry_points, version
 from pathlib import Path
 from typing import Any, ClassVar
 
-from grasp_bench.errors import PredictorError, UnknownNameError
+from grasp_bench.errors import AssetError, PredictorError, UnknownNameError
+from grasp_bench.networks.store import WeightsFile
 from grasp_bench.predictors.command import CommandPredictor
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.predictors.remote import RemotePredictor
-from grasp_bench.predictors.shipped import SHIPPED, Shipped
-from grasp_bench.predictors.sources import distribution, make, sources
+from grasp_bench.predictors.shipped import NETWORK_PREDICTOR, SHIPPED, Shipped
+from grasp_bench.predictors.sources import distribution, make, module_of, resolve, sources
 from grasp_bench.system.integrity import sha256
 
 GROUP = "grasp_bench.predictors"
 """Group of entry points in which packages offer predictors."""
-EXAMPLES = ("my_module:MyPredictor", "http://127.0.0.1:PORT", "cmd: COMMAND --port {port}")
+EXAMPLES = (
+    "my_module:MyPredictor",
+    "./my_file.py:MyPredictor(size=224)",
+    "my_weights.safetensors",
+    "http://127.0.0.1:PORT",
+    "cmd: COMMAND --port {port}",
+)
 """How the other ways in are spelt, for messages."""
+WEIGHTS = ".safetensors"
+"""End of the names of files of weights."""
 _COMMAND = "cmd:"
 _ADDRESSES = ("http://", "https://")
 
@@ -35,13 +44,13 @@ class PythonPath:
 
     @property
     def path(self) -> str:
-        """``module:Class``."""
+        """``module:Class``, with its arguments if there are any."""
         return self.name
 
     @property
     def package(self) -> str | None:
         """Name and version of the package that it was installed with; None for a file outside any package."""
-        return distribution(self.path.partition(":")[0])
+        return distribution(module_of(self.path))
 
     def load(self) -> Predictor:
         """Make the predictor.
@@ -53,7 +62,7 @@ class PythonPath:
 
     def facts(self, predictor: object) -> dict[str, Any]:
         """Return what identifies it: its source files, and the package they came with, if any."""
-        module = self.path.partition(":")[0]
+        module = module_of(self.path)
         found: dict[str, Any] = {"files": sources(module) | sources(type(predictor).__module__)}
         return found | ({"distribution": self.package} if self.package else {})
 
@@ -120,7 +129,40 @@ class Command:
         return {"files": {word: sha256(Path(word)) for word in words if Path(word).is_file()}}
 
 
-Named = Shipped | Installed | PythonPath | Server | Command
+@dataclass(frozen=True)
+class Trained:
+    """A file of weights, which says of which network they are."""
+
+    name: str
+    kind: ClassVar[str] = "network"
+    apart: ClassVar[None] = None
+
+    @property
+    def weights(self) -> WeightsFile:
+        """The file."""
+        return WeightsFile(Path(self.name))
+
+    def load(self) -> Predictor:
+        """Make the network's predictor with these weights.
+
+        Raises:
+            AssetError: for a file that is missing or damaged, or does not say of which network it is.
+        """
+        network = self.weights.metadata().get("network")
+        if not isinstance(network, str):
+            raise AssetError(
+                f"{self.name} does not say of which network its weights are; `grasp-bench train` does."
+            )
+        return resolve(NETWORK_PREDICTOR)(network, self.weights.path)
+
+    def facts(self, predictor: object) -> dict[str, Any]:
+        """Return what identifies it: the version of grasp-bench, and the file."""
+        self.weights.require()
+        software = f"grasp-bench {version('grasp-bench')}"
+        return {"software": software, "files": {self.weights.name: self.weights.digest}}
+
+
+Named = Shipped | Trained | Installed | PythonPath | Server | Command
 
 
 def installed() -> dict[str, list[Installed]]:
@@ -144,6 +186,8 @@ def parse(name: str) -> Named:
         return Server(name)
     if name.startswith(_COMMAND):
         return Command(name)
+    if name.endswith(WEIGHTS):
+        return Trained(name)
     if ":" in name:
         return PythonPath(name)
     offers = installed()
@@ -161,9 +205,11 @@ def parse(name: str) -> Named:
 def load_predictor(name: str) -> Predictor:
     """Load a shipped predictor by name, or anyone's by one of the other ways in.
 
-    ``module:Class`` is looked for on Python's path and in the current folder. A class or a function is
-    called without arguments; what results must have ``predict(image) -> list[Grasp]``. Close a predictor
-    that has a method ``close`` after use, or use :func:`grasp_bench.predictors.use.in_use`.
+    ``module:Class`` is looked for on Python's path and in the current folder, ``./file.py:Class`` in a file.
+    A class or a function is called, with the literals that ``module:Class(size=224)`` gives; what results
+    must have ``predict(image) -> list[Grasp]``. ``FILE.safetensors`` is a network with weights of one's own.
+    Close a predictor that has a method ``close`` after use, or use
+    :func:`grasp_bench.predictors.use.in_use`.
 
     Raises:
         UnknownNameError: for an unknown name.

@@ -71,7 +71,7 @@ def test_numpys_errors_and_the_recursion_limit_are_put_back() -> None:
     assert (np.geterr(), sys.getrecursionlimit()) == before
 
 
-def replace_making(kind: type) -> Any:
+def replace_making(kind: Any) -> Any:
     """An instance without its ``__init__``."""
     return kind.__new__(kind)
 

@@ -92,7 +92,7 @@ class IllClass:
     """Lies about its class."""
 
     @property
-    def __class__(self) -> type:  # pyright: ignore[reportIncompatibleMethodOverride]
+    def __class__(self) -> type:
         raise KeyboardInterrupt
 
 

@@ -10,7 +10,6 @@ from typing import Annotated
 import typer
 
 from grasp_bench.cli import completion
-from grasp_bench.errors import GraspBenchError
 from grasp_bench.runs.limits import MOST_SEED, MOST_TRIALS, ErrorLimit
 from grasp_bench.system.interrupts import told_apart
 from grasp_bench.system.machine import usable_cores
@@ -42,6 +41,10 @@ def run_command(
             "'cmd: python my_server.py --port {port}'.",
         ),
     ] = "htc-grasp",
+    weights: Annotated[
+        Path | None,
+        typer.Option(help="Weights of the network instead of the shipped ones, as `train` writes them."),
+    ] = None,
     scenario: Annotated[
         str,
         typer.Option(
@@ -94,10 +97,6 @@ def run_command(
             "the machine's memory.",
         ),
     ] = None,
-    weights: Annotated[
-        Path | None,
-        typer.Option(help="Weights of `grasp-bench train`, FILE.safetensors, instead of --predictor."),
-    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the run's figures as JSON.")] = False,
 ) -> None:
@@ -109,15 +108,15 @@ def run_command(
     from rich.markup import escape
 
     from grasp_bench import api
-    from grasp_bench.predictors.names import WEIGHTS
+    from grasp_bench.predictors.names import with_weights
     from grasp_bench.report.clutter import in_words
     from grasp_bench.report.ending import ending
     from grasp_bench.report.summary import Summary
     from grasp_bench.runs.jobs import Shard, spread
 
+    if weights is not None:
+        predictor = with_weights(predictor, weights)
     console = Console(quiet=quiet or as_json)
-    if weights is not None and weights.suffix != WEIGHTS:
-        raise GraspBenchError(f"--weights must be a file FILE{WEIGHTS} of `grasp-bench train`: {weights}")
     most = max(2, usable_cores())
     if executor == "process" and workers > most:
         console.print(f"{workers} workers would only wait for each other here; {most} are used.")
@@ -141,7 +140,6 @@ def run_command(
             executor=executor,
             ray_address=ray_address,
             memory_limit=memory_limit,
-            weights=weights,
         )
     folder, summary, told = done.folder, done.summary, Summary.of(done)
     if summary.repaired:

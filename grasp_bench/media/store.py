@@ -31,7 +31,7 @@ from grasp_bench.system.texts import LONGEST, legible, raised
 from grasp_bench.trials.attempt import Trial
 
 FOLDER = "media"
-CLIP_SIZE = (208, 156)
+CLIP_SIZE = (320, 240)
 CLIP_INTERVAL = 0.32
 """Simulated seconds from one frame to the next."""
 CLIP_RATE = 8.0

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import shlex
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint, entry_points, version
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any, ClassVar
 
 from grasp_bench.errors import AssetError, PredictorError, UnknownNameError
+from grasp_bench.networks.registry import NETWORKS
 from grasp_bench.networks.store import WeightsFile
 from grasp_bench.predictors.command import CommandPredictor
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.predictors.remote import RemotePredictor
-from grasp_bench.predictors.shipped import NETWORK_PREDICTOR, SHIPPED, Shipped
-from grasp_bench.predictors.sources import distribution, make, module_of, resolve, sources
+from grasp_bench.predictors.shipped import SHIPPED, Shipped
+from grasp_bench.predictors.sources import distribution, make, module_of, sources
 from grasp_bench.system.integrity import sha256
 
 GROUP = "grasp_bench.predictors"
@@ -29,6 +30,8 @@ EXAMPLES = (
 """How the other ways in are spelt, for messages."""
 WEIGHTS = ".safetensors"
 """End of the names of files of weights."""
+AT = "@"
+"""Between a network and the file of its weights."""
 _COMMAND = "cmd:"
 _ADDRESSES = ("http://", "https://")
 
@@ -131,35 +134,43 @@ class Command:
 
 @dataclass(frozen=True)
 class Trained:
-    """A file of weights, which says of which network they are."""
+    """``NETWORK@FILE``: a network with weights that are not shipped; ``FILE.safetensors`` alone says
+    itself of which network it is.
+    """
 
     name: str
     kind: ClassVar[str] = "network"
     apart: ClassVar[None] = None
 
     @property
+    def network(self) -> str:
+        """The registered network; AssetError where the file does not say of which it is."""
+        named = self.name.partition(AT)[0]
+        if named in NETWORKS:
+            return named
+        stored = self.weights.metadata().get("network")
+        if stored not in NETWORKS:
+            raise AssetError(
+                f"{self.name} does not say of which network it is; name it as NETWORK{AT}{self.name}."
+            )
+        return stored
+
+    @property
     def weights(self) -> WeightsFile:
-        """The file."""
-        return WeightsFile(Path(self.name))
+        """The file of its weights."""
+        named, _, path = self.name.partition(AT)
+        return WeightsFile(Path(path if named in NETWORKS else self.name))
 
     def load(self) -> Predictor:
-        """Make the network's predictor with these weights.
+        """Make the predictor; AssetError for weights that are missing, damaged or of another network."""
+        from grasp_bench.predictors.network import NetworkPredictor
 
-        Raises:
-            AssetError: for a file that is missing or damaged, or does not say of which network it is.
-        """
-        network = self.weights.metadata().get("network")
-        if not isinstance(network, str):
-            raise AssetError(
-                f"{self.name} does not say of which network its weights are; `grasp-bench train` does."
-            )
-        return resolve(NETWORK_PREDICTOR)(network, self.weights.path)
+        return NetworkPredictor(self.network, self.weights.path)
 
     def facts(self, predictor: object) -> dict[str, Any]:
-        """Return what identifies it: the version of grasp-bench, and the file."""
+        """Return what identifies it: its weights."""
         self.weights.require()
-        software = f"grasp-bench {version('grasp-bench')}"
-        return {"software": software, "files": {self.weights.name: self.weights.digest}}
+        return {"files": {self.weights.name: self.weights.digest}}
 
 
 Named = Shipped | Trained | Installed | PythonPath | Server | Command
@@ -186,7 +197,7 @@ def parse(name: str) -> Named:
         return Server(name)
     if name.startswith(_COMMAND):
         return Command(name)
-    if name.endswith(WEIGHTS):
+    if (AT in name and name.partition(AT)[0] in NETWORKS) or (name.endswith(WEIGHTS) and ":" not in name):
         return Trained(name)
     if ":" in name:
         return PythonPath(name)
@@ -200,6 +211,13 @@ def parse(name: str) -> Named:
             f"{' and '.join(paths)}. Name the one you mean by its module:Class."
         )
     return offers[name][0]
+
+
+def with_weights(name: str, weights: Path) -> str:
+    """Return the name of a network with the weights in a file; PredictorError where it names no network."""
+    if name not in NETWORKS:
+        raise PredictorError(f"--weights is for networks; {name} is none.")
+    return f"{name}{AT}{weights}"
 
 
 def load_predictor(name: str) -> Predictor:

@@ -1,23 +1,27 @@
-"""A trained network as a predictor: centre crop, forward pass, peaks of the quality map."""
+"""A trained network as a predictor: centre crop, forward pass, peaks of the quality map or best rows."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from grasp_bench.camera import RgbdImage
+from grasp_bench.errors import GraspBenchError
 from grasp_bench.grasps import Grasp, GraspMaps
-from grasp_bench.networks.encoding import maps_from_output, to_input
+from grasp_bench.networks.encoding import grasps_from_output, maps_from_output, to_input
 from grasp_bench.networks.registry import info, input_kind
 from grasp_bench.networks.spec import Kind
 from grasp_bench.networks.store import stored_input
 from grasp_bench.predictors.level import level_view
+from grasp_bench.predictors.tabletop import levelled
 
 if TYPE_CHECKING:
     import torch
+
+Level = Literal["camera", "table", "none"]
 
 
 class NetworkPredictor:
@@ -31,17 +35,20 @@ class NetworkPredictor:
         name: a registered network.
         weights: safetensors file; by default the shipped one.
         peaks: greatest number of grasps returned.
-        level: show the network a tilted camera's picture as one from straight above.
+        level: 'camera' shows the network a tilted camera's picture as one from straight above; 'table'
+            takes a fitted surface off the depth in the crop, for depth that no pinhole camera measured such
+            as Cornell's (see :mod:`grasp_bench.predictors.tabletop`); 'none' shows pictures as they are.
 
     Attributes:
         crop_origin: (x, y) of the crop's corner in the last image [px], negative if padded.
-        last_maps: maps of the last image at ``crop_origin``, not smoothed; None after a tilted camera's.
+        last_maps: maps of the last image at ``crop_origin``, not smoothed; None after a tilted camera's, and
+            of a detector.
         metadata: facts stored with the weights.
         kind, crop: kind and side [px] of the network's input.
     """
 
     def __init__(
-        self, name: str = "htc-grasp", weights: Path | None = None, peaks: int = 10, level: bool = True
+        self, name: str = "htc-grasp", weights: Path | None = None, peaks: int = 10, level: Level = "camera"
     ) -> None:
         import torch
 
@@ -64,7 +71,7 @@ class NetworkPredictor:
         Networks are trained on tables seen from straight above; see :mod:`grasp_bench.predictors.level` for
         what becomes of others.
         """
-        view = level_view(image) if self.level else None
+        view = level_view(image) if self.level == "camera" else None
         if view is None:
             return self._predict(image)
         grasps = view.inside(self._predict(view.image))
@@ -72,19 +79,40 @@ class NetworkPredictor:
         return grasps
 
     def _predict(self, image: RgbdImage) -> list[Grasp]:
-        self.last_maps = raw = self.maps(image)
-        maps = raw.smoothed()
+        output = self._output(image)
         ox, oy = self.crop_origin
         height, width = image.depth.shape
+        if output.ndim == 2:  # a detector's rows
+            found = grasps_from_output(output, self.peaks)
+            whole = [replace(g, x=g.x + ox, y=g.y + oy) for g in found]
+            return [g for g in whole if 0 <= g.x < width and 0 <= g.y < height]
+        self.last_maps = raw = maps_from_output(output)
+        maps = raw.smoothed()
         inside = np.zeros_like(maps.quality)
         inside[max(-oy, 0) : height - oy, max(-ox, 0) : width - ox] = 1
         peaks = replace(maps, quality=maps.quality * inside).peaks(count=self.peaks)
         return [replace(g, x=g.x + ox, y=g.y + oy) for g in peaks]
 
     def maps(self, image: RgbdImage) -> GraspMaps:
-        """Return the network's maps of the crop at ``crop_origin``, not smoothed."""
+        """Return the network's maps of the crop at ``crop_origin``, not smoothed.
+
+        Raises:
+            GraspBenchError: the network is a detector, which has none.
+        """
+        output = self._output(image)
+        if output.ndim == 2:
+            raise GraspBenchError(
+                f"{self.name} gives grasps and no maps, so that it cannot be asked for its maps; "
+                "evaluate it by --protocol strict."
+            )
+        return maps_from_output(output)
+
+    def _output(self, image: RgbdImage) -> torch.Tensor:
+        """Return maps (4, H, W), or a detector's rows (N, 6)."""
         rgb, depth, self.crop_origin = centre_crop(image, self.crop)
-        return maps_from_output(self._forward(to_input(rgb, depth, self.kind)))
+        if self.level == "table":
+            depth = levelled(depth, self.crop)
+        return self._forward(to_input(rgb, depth, self.kind))
 
     def _forward(self, x: np.ndarray) -> torch.Tensor:
         import torch

@@ -42,6 +42,11 @@ class Shipped:
         return None if self.trained is None else shipped_file(self.trained.name)
 
     @property
+    def group(self) -> str:
+        """Heading under which it is listed."""
+        return "controls" if self.network is None else self.network.group
+
+    @property
     def available(self) -> bool:
         """Whether the weights it needs are there."""
         return self.weights is None or self.weights.present

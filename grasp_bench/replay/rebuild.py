@@ -16,6 +16,7 @@ from grasp_bench.objects.catalog import Catalog
 from grasp_bench.predictors.identity import identify
 from grasp_bench.predictors.trust import require
 from grasp_bench.predictors.use import in_use
+from grasp_bench.replay.verdict import Verdict, verdict
 from grasp_bench.runs.folder import TRIALS, load_run
 from grasp_bench.runs.info import RUN, Group, RunInfo
 from grasp_bench.runs.jobs import Job, Settings, spread
@@ -52,7 +53,12 @@ class Replay:
     @property
     def identical(self) -> bool:
         """Whether the new record is the stored one, byte for byte."""
-        return self.record.line() == self.stored.line()
+        return self.verdict is Verdict.SAME
+
+    @property
+    def verdict(self) -> Verdict:
+        """How the new record compares with the stored one."""
+        return verdict(self.stored, self.record)
 
     def seen(self) -> list[Take]:
         """Return the takes that have an image; GraspBenchError where none has."""

@@ -12,6 +12,7 @@ from grasp_bench.execution.executors import make_executor
 from grasp_bench.execution.runner import carry_out
 from grasp_bench.media.store import Media, faults, find, remove, wanted
 from grasp_bench.replay.rebuild import job_of, settings_of
+from grasp_bench.replay.verdict import Verdict, verdict
 from grasp_bench.runs.folder import TRIALS, load_run
 from grasp_bench.runs.jobs import Job
 from grasp_bench.runs.lines import scan
@@ -91,7 +92,7 @@ def rerender(
     executor = make_executor("process", min(workers, len(jobs)))
     with closing(carry_out(settings, jobs, catalog, executor)) as ended:
         for record, _ in ended:
-            if record.line() != lacking[record.trial].line():
+            if verdict(lacking[record.trial], record) is Verdict.DIFFERENT:
                 differing.append(record.trial)
                 remove(folder, record.trial)
             progress(record)

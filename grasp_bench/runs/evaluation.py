@@ -24,7 +24,7 @@ Split = Literal["image", "object"]
 Protocol = Literal["strict", "legacy"]
 DatasetName = Literal["cornell", "jacquard"]
 AnyDataset = Literal[DatasetName, "synthetic"]
-Verdict = Literal["correct", "wrong_angle", "elsewhere", "none"]
+Verdict = Literal["correct", "wrong_angle", "elsewhere", "none", "error"]
 
 
 class _Part(BaseModel):
@@ -130,7 +130,7 @@ class Machine(_Part):
     python: str
 
 
-class Record(_Part):
+class Record(_Said):
     """One image.
 
     Attributes:
@@ -140,6 +140,9 @@ class Record(_Part):
         iou: largest overlap with a label of similar angle.
         milliseconds, cpu_milliseconds: from image to grasps, on the clock and on the processor.
         labels, dropped: rectangles that count, and those left out for NaN or no area.
+        grasp: x, y [px], angle [rad] and width [px] of the best grasp, in pixels of what was shown; None for
+            none, and in older files.
+        error: what the predictor raised, or what was wrong with its answer; None where all was well.
     """
 
     fold: int
@@ -151,6 +154,8 @@ class Record(_Part):
     cpu_milliseconds: float
     labels: int
     dropped: int
+    grasp: tuple[float, float, float, float] | None = None
+    error: str | None = None
 
 
 class Evaluation(_Part):

@@ -236,7 +236,8 @@ def write_run(path: Path, run: RunInfo) -> None:
         ResultsError: when it cannot be written.
     """
     with _telling(path):
-        write_whole(path, (json.dumps(run.to_json(), indent=1, ensure_ascii=False) + "\n").encode())
+        content = json.dumps(run.to_json(), indent=1, ensure_ascii=False, allow_nan=False)
+        write_whole(path, (content + "\n").encode())
 
 
 def load_run(folder: Path) -> RunInfo:

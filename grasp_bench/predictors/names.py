@@ -20,13 +20,7 @@ from grasp_bench.system.integrity import sha256
 
 GROUP = "grasp_bench.predictors"
 """Group of entry points in which packages offer predictors."""
-EXAMPLES = (
-    "my_module:MyPredictor",
-    "./my_file.py:MyPredictor(size=224)",
-    "my_weights.safetensors",
-    "http://127.0.0.1:PORT",
-    "cmd: COMMAND --port {port}",
-)
+EXAMPLES = ("my_module:MyPredictor", "http://127.0.0.1:PORT", "cmd: COMMAND --port {port}")
 """How the other ways in are spelt, for messages."""
 WEIGHTS = ".safetensors"
 """End of the names of files of weights."""

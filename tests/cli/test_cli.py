@@ -192,7 +192,7 @@ def test_an_unknown_object_is_refused_with_the_nearest(cli) -> None:
     ("option", "value", "words"),
     [
         ("--predictor", "orakel", ["'orakel'", "Did you mean oracle", "my_module:MyPredictor"]),
-        ("--predictor", "nowhere:Thing", ["'nowhere'", "cannot be imported"]),
+        ("--predictor", "nowhere:Thing", ["'nowhere'", "was not found"]),
         ("--scenario", "tabel4", ["'tabel4'", "Did you mean table4"]),
         ("--scenario", "missing.yaml", ["missing.yaml does not exist"]),
         ("--renderer", "raycaster", ["'raycaster'", "Did you mean raycast", "osmesa"]),

@@ -10,7 +10,7 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
-from grasp_bench.errors import GraspBenchError, PredictorError
+from grasp_bench.errors import GraspBenchError, PredictorError, UnknownNameError
 from grasp_bench.execution.crew import early_crew
 from grasp_bench.execution.executors import make_executor
 from grasp_bench.execution.runner import RunSummary
@@ -21,7 +21,8 @@ from grasp_bench.predictors.guard import Guard
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.report.run import Run
 from grasp_bench.runs.info import RUN
-from grasp_bench.runs.jobs import MOST_SEED, MOST_TRIALS, WHOLE, Settings, Shard, spread
+from grasp_bench.runs.jobs import WHOLE, Settings, Shard, spread
+from grasp_bench.runs.limits import MOST_SEED, MOST_TRIALS
 from grasp_bench.runs.record import TrialRecord
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.scenario.sections import Scenario
@@ -59,6 +60,8 @@ def run(
     executor: str = "process",
     ray_address: str | None = None,
     memory_limit: float | None = None,
+    on_error: str = "record",
+    weights: PathLike | None = None,
 ) -> FinishedRun:
     """Try to pick up objects, record every trial, and return the run.
 
@@ -93,6 +96,11 @@ def run(
         ray_address: ``"auto"`` or ``"HOST:PORT"`` of a running Ray cluster; without one, Ray is
             started on this machine.
         memory_limit: most memory of a worker [GiB]; by default its share of 80 % of the machine's.
+        weights: a file of weights that ``grasp-bench train`` wrote, instead of ``predictor``; it says itself
+            of which network they are.
+        on_error: ``"record"`` an error as the outcome of its trial (its traceback goes to ``errors.log`` in
+            the run's folder), or ``"raise"`` the first one: an instance's exception as it is, a worker's as
+            a PredictorError. Its trial is then done again on resume.
 
     Raises:
         GraspBenchError: before any trial starts, for anything wrong with the inputs.
@@ -104,6 +112,8 @@ def run(
         raise GraspBenchError(f"seed must be from 0 to {MOST_SEED}, not {shown(seed)}")
     if workers is not None and workers < 0:
         raise GraspBenchError(f"workers must not be negative, not {workers}; 0 takes one for each core")
+    if on_error not in ("record", "raise"):
+        raise UnknownNameError("choice of on_error", on_error, ("record", "raise"))
     if rerun is not None:
         from grasp_bench.media.rerun_log import import_rerun
 
@@ -114,7 +124,7 @@ def run(
         # episodes draw from these
         reasons = {n: chosen.objects.names.get(n, "") for n in names}
         chosen = chosen.model_copy(update={"objects": chosen.objects.model_copy(update={"names": reasons})})
-    name, here = named(predictor)
+    name, here = named(predictor if weights is None else os.fspath(weights))
     if here is not None and workers not in (None, 1):
         raise PredictorError(
             f"{name} exists in this process only and cannot be sent to {workers or 'all'} "
@@ -151,7 +161,7 @@ def run(
     elif executor == "process":
         early = early_crew((name,), workers or 0, len(jobs), renderer)
     with told_apart(), early, _reporting(progress, len(jobs)) as on_trial:
-        summary = run_trials(settings, jobs, folder, 1, on_trial, here, chosen_executor)
+        summary = run_trials(settings, jobs, folder, 1, on_trial, here, chosen_executor, on_error == "raise")
     if log is not None:
         from grasp_bench.media.rerun_log import join_parts
 

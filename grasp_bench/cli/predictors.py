@@ -103,7 +103,7 @@ def check_predictor(name: Name, as_json: AsJson = False) -> None:
         from rich.markup import escape
         from rich.table import Table
 
-        table = Table("Image", "Grasps", "Time [ms]", "Verdict", header_style="bold", title=escape(name))
+        table = Table("Image", "Grasps", "Time \\[ms]", "Verdict", header_style="bold", title=escape(name))
         for r in rows:
             colour = "red" if r.failed else "yellow" if r.findings else "green"
             words = "\n".join(f"{f.level}: {f.text}" for f in r.findings) or "sound"

@@ -11,9 +11,9 @@ from typing import Annotated
 import typer
 
 from grasp_bench.cli import completion
-from grasp_bench.runs.jobs import MOST_SEED, MOST_TRIALS
-from grasp_bench.runs.limits import ErrorLimit
+from grasp_bench.runs.limits import MOST_SEED, MOST_TRIALS, ErrorLimit
 from grasp_bench.system.interrupts import told_apart
+from grasp_bench.system.machine import usable_cores
 from grasp_bench.system.progress import Progress
 
 
@@ -107,17 +107,28 @@ def run_command(
     """
     from grasp_bench.execution.crew import early_crew
 
+    if weights is not None:
+        from grasp_bench.predictors.names import with_weights
+
+        predictor = with_weights(predictor, weights)
+    asked, most = workers, max(2, usable_cores())
+    if executor == "process":
+        workers = min(workers, most)
     early = executor == "process"
     with early_crew((predictor,), workers, trials, renderer) if early else nullcontext():
         from rich.console import Console
+        from rich.markup import escape
 
         from grasp_bench import api
         from grasp_bench.objects.catalog import Catalog
         from grasp_bench.report.clutter import in_words
+        from grasp_bench.report.ending import ending
         from grasp_bench.report.summary import Summary
         from grasp_bench.runs.jobs import Shard, spread
 
         console = Console(quiet=quiet or as_json)
+        if workers < asked:
+            console.print(f"{asked} workers would only wait for each other here; {workers} are used.")
         allowed = ErrorLimit.parse(max_errors)
         if objects is not None and objects != "all" and Path(objects).is_dir():
             catalog = Catalog(Path(objects))
@@ -159,9 +170,12 @@ def run_command(
         typer.echo(json.dumps(told.to_json()))
     said = f" lifted {told.lifted}" if told.clutter is None else f": {in_words(told.clutter)}"
     console.print(
-        f"[bold]{predictor}[/bold]{said}. Results in {folder}; see `grasp-bench report {folder}`.",
+        f"[bold]{escape(done.predictor)}[/bold]{said}. Results in {escape(str(folder))}; "
+        f"see `grasp-bench report {escape(str(folder))}`.",
         soft_wrap=True,
     )
+    for line in ending(done):
+        console.print(escape(line), soft_wrap=True, highlight=False)
     if rerun is not None:
         console.print(
             f"{rerun}: {rerun.stat().st_size / 1e6:.1f} MB; open it with `rerun {rerun}`."

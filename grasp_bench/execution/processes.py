@@ -1,12 +1,16 @@
 """Trials in worker processes of this machine, each with a time and a memory limit, by Pebble.
 
 A worker that dies, hangs or takes too much memory costs at most its own trial, and is replaced.
-A trial whose worker died is tried once more on a new one: a stray kill then costs nothing, and a
-trial that kills its worker by itself does so again and is recorded as an error.
+A trial whose worker died or took too long is tried once more on a new one: a stray kill or a machine that
+was busy then costs nothing, and a trial that does so by itself does so again and is recorded.
+
+Time limits go by the monotonic clock, which neither stands still nor jumps when somebody sets the time, and
+which on Linux does not go on while a laptop sleeps.
 """
 
 from __future__ import annotations
 
+import time
 from collections.abc import Generator, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -28,7 +32,9 @@ from grasp_bench.system.apart import how_it_ended
 from grasp_bench.system.texts import raised
 
 TRIES = 2
-"""Tries of a trial whose worker dies."""
+"""Tries of a trial whose worker dies or takes too long."""
+LOOK = 0.2
+"""Seconds between two looks at how long trials take."""
 STALL = 120.0
 """Seconds beyond a trial's own timeout after which a pool without any answer is started anew."""
 
@@ -59,6 +65,8 @@ class WorkerPool:
         self._predictors = predictors or (settings.predictor,)
         self._waiting: dict[Future[tuple[Answer, ...]], Job] = {}
         self._tries: dict[Job, int] = {}
+        self._begun: dict[Future[tuple[Answer, ...]], float] = {}
+        self._late: set[Future[tuple[Answer, ...]]] = set()
         self._stalls = 0
         self._stack = ExitStack()
         self._guard = MemoryGuard(memory_limit)
@@ -89,8 +97,7 @@ class WorkerPool:
         """Begin a trial as soon as a worker is free."""
         assert self._crew is not None
         try:
-            task = (self._settings, job)
-            future: Any = self._crew.pool.schedule(self._do, task, timeout=self._settings.time_limit)
+            future: Any = self._crew.pool.schedule(self._do, (self._settings, job))
         except RuntimeError as error:  # the pool broke since it was last looked at
             future = Future()
             future.set_exception(BrokenProcessPool(str(error)))
@@ -103,7 +110,11 @@ class WorkerPool:
             GraspBenchError: when workers cannot start.
         """
         limit = self._settings.time_limit + STALL
-        ended, _ = wait(self._waiting, timeout=limit, return_when=FIRST_COMPLETED)
+        ended: set[Future[tuple[Answer, ...]]] = set()
+        deadline = time.monotonic() + limit
+        while not ended and time.monotonic() < deadline:
+            self._stop_late()
+            ended, _ = wait(self._waiting, timeout=LOOK, return_when=FIRST_COMPLETED)
         if not ended:
             return self._start_anew(f"no answer from any worker within {limit:g} s")
         answers: list[Answer | Fault] = []
@@ -113,6 +124,8 @@ class WorkerPool:
             except BrokenProcessPool:
                 return answers + self._start_anew("all workers died")
             job = self._waiting.pop(future)
+            self._begun.pop(future, None)
+            self._late.discard(future)
             if ended_as is None:
                 self.submit(job)
             else:
@@ -121,15 +134,22 @@ class WorkerPool:
                 answers += ended_as
         return answers
 
+    def _stop_late(self) -> None:
+        """End the workers of trials that take longer than they may."""
+        now = time.monotonic()
+        for future in self._waiting:
+            if not future.running():
+                continue
+            if now - self._begun.setdefault(future, now) > self._settings.time_limit:
+                self._late.add(future)
+                future.cancel()
+
     def _result(self, future: Future[tuple[Answer, ...]], job: Job) -> Sequence[Answer | Fault] | None:
         """Return how a trial ended; None when it is to be tried again."""
         try:
             return future.result()
         except BrokenProcessPool:
             raise
-        except TimeoutError:
-            limit = self._settings.scenario.trial_timeout
-            return [Fault(job, Outcome.TIMEOUT, f"no answer within {limit:g} s")]
         except worker.NotStarted as error:
             raise GraspBenchError(f"A worker could not start: {error}") from error
         except (ProcessExpired, CancelledError) as error:
@@ -137,6 +157,9 @@ class WorkerPool:
             tries = self._tries[job] = self._tries.get(job, 0) + 1
             if tries < TRIES and reason is None:
                 return None
+            if future in self._late and reason is None:
+                limit = self._settings.scenario.trial_timeout
+                return [Fault(job, Outcome.TIMEOUT, f"no answer within {limit:g} s")]
             code = getattr(error, "exitcode", None)
             return [Fault(job, Outcome.ERROR, reason or f"the worker process died ({how_it_ended(code)})")]
         except Exception as error:  # an answer that cannot be sent, or anything beside the trial itself
@@ -152,7 +175,8 @@ class WorkerPool:
                 "See what they print, or try --workers 1."
             )
         jobs = sorted(self._waiting.values(), key=lambda j: j.trial)
-        self._waiting.clear()
+        for known in (self._waiting, self._begun, self._late):
+            known.clear()
         self._stop()
         self._start()
         for job in jobs:

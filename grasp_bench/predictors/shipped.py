@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from importlib.metadata import version
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from grasp_bench.errors import AssetError
 from grasp_bench.networks.registry import all_weights
@@ -32,6 +32,7 @@ class Shipped:
     kind: Literal["network", "control"]
     summary: str
     path: str
+    apart: ClassVar[None] = None  # it is this package's own code
     network: Network | None = None
     trained: Weights | None = None
 

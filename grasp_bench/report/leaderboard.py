@@ -11,8 +11,9 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from grasp_bench.errors import ResultsError, ScenarioError
+from grasp_bench.errors import GraspBenchError, ResultsError, ScenarioError
 from grasp_bench.objects.catalog import Catalog
+from grasp_bench.predictors.names import parse
 from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.report.tables import Markdown, TextTable, escaped, markdown, rate_cells
 from grasp_bench.runs.folder import TRIALS
@@ -118,6 +119,7 @@ def check(folder: Path) -> list[Check]:
         Check("every trial is there, once and in order", _trials_fault(run, records)),
         Check("every record agrees with itself", _record_fault(records)),
         Check("the shipped weights are unchanged", _weights_fault(run)),
+        Check("the predictor had a process of its own, or is shipped", _process_fault(run)),
     ]
 
 
@@ -206,6 +208,19 @@ def _record_fault(records: list[TrialRecord]) -> str:
         if r.success and not held:
             return f"trial {r.trial} is a success without grasp, lift or contact force"
     return ""
+
+
+def _process_fault(run: RunInfo) -> str:
+    try:
+        apart = parse(run.predictor).apart
+    except GraspBenchError:  # an installed package's, not installed here
+        apart = False
+    if apart is None or (apart and run.apart is True):
+        return ""
+    return (
+        "within the harness's process a predictor can read the truth from its caller's frame; run it by "
+        "'cmd: grasp-bench serve NAME --port {port}' or at an address"
+    )
 
 
 def _weights_fault(run: RunInfo) -> str:

@@ -11,10 +11,6 @@ from typing import overload
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.scenario.sections import Scenario
 
-MOST_TRIALS = 100_000_000
-"""No run has more trials."""
-MOST_SEED = 2**63 - 1
-"""Largest seed of a run."""
 LONGEST_TIME = 30 * 86400.0
 """No trial takes longer [s], whatever its scenario allows: clocks of the system hold no more."""
 MEDIA_TIME = 60.0

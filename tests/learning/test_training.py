@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import math
 from pathlib import Path
@@ -11,6 +12,7 @@ import cv2
 import numpy as np
 import pytest
 import torch
+from filelock import FileLock
 from torch.nn import functional
 from torch.utils._python_dispatch import TorchDispatchMode
 from typer import Typer
@@ -528,3 +530,25 @@ def test_learning_rate() -> None:
     assert config.learning_rate(10) == 1.0
     assert config.learning_rate(60) == pytest.approx(0.5)
     assert config.model_copy(update={"cosine": False}).learning_rate(100) == 1.0
+
+
+# ---------------------------------------------------------------- folders that cannot be written
+
+
+def test_two_trainings_into_one_folder_are_refused(folder: Path, tmp_path: Path) -> None:
+    with FileLock(tmp_path / ".lock"), pytest.raises(GraspBenchError, match="Another training is writing to"):
+        train(TrainConfig(network="gg-cnn", steps=1, batch=2), load_scenes([folder]), tmp_path)
+
+
+def test_a_full_disk_is_one_clear_error(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(path: Path, content: bytes) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device", str(path))
+
+    monkeypatch.setattr("grasp_bench.learning.training.checkpoint.write_whole", full)
+    with pytest.raises(GraspBenchError, match=r"cannot be written \(No space left on device\)"):
+        train(TrainConfig(network="gg-cnn", steps=1, batch=2), load_scenes([folder]), tmp_path / "x")
+    (tmp_path / "file").touch()
+    with pytest.raises(GraspBenchError, match="cannot be written"):
+        train(TrainConfig(network="gg-cnn", steps=1, batch=2), load_scenes([folder]), tmp_path / "file" / "x")

@@ -293,7 +293,7 @@ def test_a_run_does_not_begin_with_altered_or_missing_weights(
     folder = tmp_path / "weights"
     folder.mkdir()
     monkeypatch.setattr("grasp_bench.networks.store.assets_dir", lambda: tmp_path)
-    with pytest.raises(AssetError, match=r"htc-grasp\.safetensors are missing; train them"):
+    with pytest.raises(AssetError, match=r"htc-grasp\.safetensors are missing; name a"):
         identity.identify("htc-grasp")
     (folder / "htc-grasp.safetensors").write_bytes(b"not those shipped")
     (folder / MANIFEST).write_text(json.dumps({"htc-grasp.safetensors": "0" * 64}))

@@ -352,7 +352,11 @@ def test_anchors_and_merged_keys_are_fine_where_they_are_few(tmp_path: Path) -> 
 TEXTS = st.text(st.characters(codec=None), max_size=50)
 LONG = st.builds(lambda t, n: t * n, TEXTS, st.sampled_from([0, 1, 50_000]))
 PLAIN = st.recursive(
-    st.none() | st.booleans() | st.integers(-(10**30), 10**30) | st.floats(allow_nan=False) | TEXTS,
+    st.none()
+    | st.booleans()
+    | st.integers(-(10**30), 10**30)
+    | st.floats(allow_nan=False, allow_infinity=False)
+    | TEXTS,
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(TEXTS, inner, max_size=3),
     max_leaves=8,
 )

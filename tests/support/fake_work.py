@@ -36,6 +36,8 @@ def do(settings: Settings, job: Job) -> tuple[Answer, ...]:
         ctypes.string_at(0)
     elif what == "exit":
         os._exit(7)
+    elif what == "exit-0":
+        os._exit(0)
     elif what == "abort":
         os.abort()
     elif what == "loop":
@@ -58,6 +60,11 @@ def do(settings: Settings, job: Job) -> tuple[Answer, ...]:
         if not mark.exists():
             mark.write_text("")
             os.kill(os.getpid(), signal.SIGKILL)
+    elif what == "late-once":  # on a machine that was busy, the first time
+        mark = Path(argument)
+        if not mark.exists():
+            mark.write_text("")
+            time.sleep(600)
     elif what == "wait":
         Path(argument).write_text(str(os.getpid()))
         time.sleep(600)

@@ -12,6 +12,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
+from filelock import FileLock, Timeout
 from torch import Tensor, nn
 
 from grasp_bench.errors import AssetError, GraspBenchError
@@ -62,8 +63,27 @@ def train(
 
     Raises:
         AssetError: the checkpoint is damaged or of another run, or ``init`` is for another input.
-        GraspBenchError: the loss became infinite or NaN, or there is no such device.
+        GraspBenchError: the loss became infinite or NaN, there is no such device, ``out`` cannot be written,
+            or another training writes to it.
     """
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        with FileLock(out / ".lock", timeout=0):
+            return _train(config, scenes, out, report, init)
+    except Timeout as error:
+        raise GraspBenchError(
+            f"Another training is writing to {out}; wait for it or choose another --out."
+        ) from error
+    except OSError as error:
+        raise GraspBenchError(
+            f"{error.filename or out} cannot be written ({error.strerror}). The last checkpoint in {out} is "
+            "kept; free some space, and the same command goes on from there."
+        ) from error
+
+
+def _train(
+    config: TrainConfig, scenes: SceneSet, out: Path, report: Report | None, init: Path | None
+) -> Trained:
     kind, crop = input_kind(config.network, config.input), info(config.network).crop
     device = choose_device(config.device)
     cv2.setNumThreads(1)
@@ -73,7 +93,6 @@ def train(
     learner = Learner.of(network, config, device)
     state = learner.network, learner.average, learner.optimizer
 
-    out.mkdir(parents=True, exist_ok=True)
     start = 0
     if (out / CHECKPOINT).is_file():
         start = load_checkpoint(out / CHECKPOINT, *state, config, scenes.fingerprint)

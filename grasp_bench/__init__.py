@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from grasp_bench.predictors import load_predictor as load_predictor
     from grasp_bench.predictors.protocol import Predictor as Predictor
     from grasp_bench.report.run import Run as Run
+    from grasp_bench.runs.comparison import Comparison as Comparison
     from grasp_bench.runs.record import TrialRecord as TrialRecord
-    from grasp_bench.runs.results import Comparison as Comparison
     from grasp_bench.scenario.outcomes import Outcome as Outcome
     from grasp_bench.scenario.reading import load_scenario as load_scenario
     from grasp_bench.scenario.sections import Scenario as Scenario
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 # fmt: off
 _HOME = {
-    "CameraPose": "camera", "Catalog": "objects.catalog", "Comparison": "runs.results", "Grasp": "grasps",
+    "CameraPose": "camera", "Catalog": "objects.catalog", "Comparison": "runs.comparison", "Grasp": "grasps",
     "GraspBenchError": "errors", "GraspMaps": "grasps", "GraspPose": "grasps", "Intrinsics": "camera",
     "ObjectModel": "objects.catalog", "Outcome": "scenario.outcomes", "Predictor": "predictors.protocol",
     "RgbdImage": "camera", "Run": "report.run", "Scenario": "scenario.sections", "Trial": "trials.attempt",

@@ -16,15 +16,18 @@ from grasp_bench.execution.runner import RunSummary
 from grasp_bench.execution.runner import run as run_trials
 from grasp_bench.media.modes import check_mode
 from grasp_bench.objects.catalog import Catalog, ObjectModel
+from grasp_bench.predictors.guard import Guard
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.report.run import Run
 from grasp_bench.runs.info import RUN
-from grasp_bench.runs.jobs import WHOLE, Settings, Shard, spread
+from grasp_bench.runs.jobs import MOST_SEED, MOST_TRIALS, WHOLE, Settings, Shard, spread
 from grasp_bench.runs.record import TrialRecord
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.system.graphics import prepare, resolve_renderer
+from grasp_bench.system.interrupts import told_apart
 from grasp_bench.system.progress import Progress
+from grasp_bench.system.texts import legible, shown
 
 PathLike = str | os.PathLike[str]
 OnTrial = Callable[[TrialRecord, bool], None]
@@ -94,8 +97,10 @@ def run(
         GraspBenchError: before any trial starts, for anything wrong with the inputs.
     """
     prepare(renderer)
-    if trials is not None and trials < 1:
-        raise GraspBenchError(f"trials must be at least 1, not {trials}")
+    if trials is not None and not 1 <= trials <= MOST_TRIALS:
+        raise GraspBenchError(f"trials must be from 1 to {MOST_TRIALS:,}, not {shown(trials)}")
+    if not 0 <= seed <= MOST_SEED:
+        raise GraspBenchError(f"seed must be from 0 to {MOST_SEED}, not {shown(seed)}")
     if workers is not None and workers < 0:
         raise GraspBenchError(f"workers must not be negative, not {workers}; 0 takes one for each core")
     if rerun is not None:
@@ -124,7 +129,7 @@ def run(
         resolve_renderer(renderer),
         check_mode(media),
         rerun is not None,
-        folder,
+        folder.absolute(),
     )
     jobs = spread(names, len(names) if trials is None else trials, part)
     if not len(jobs):
@@ -138,12 +143,15 @@ def run(
     chosen_executor = None
     if here is None:
         chosen_executor = make_executor(executor, workers or 0, memory_limit=limit, ray_address=ray_address)
-    with _reporting(progress, len(jobs)) as on_trial:
+    if here is not None:  # it may change the current folder
+        folder = folder.absolute()
+    log = None if rerun is None else Path(rerun).absolute()
+    with told_apart(), _reporting(progress, len(jobs)) as on_trial:
         summary = run_trials(settings, jobs, folder, 1, on_trial, here, chosen_executor)
-    if rerun is not None:
+    if log is not None:
         from grasp_bench.media.rerun_log import join_parts
 
-        join_parts(folder, Path(rerun))
+        join_parts(folder, log)
     return FinishedRun(summary)
 
 
@@ -174,6 +182,8 @@ def select_objects(objects: PathLike | Sequence[str]) -> tuple[Catalog, list[str
     if what != "all" and os.path.isdir(what):
         catalog = Catalog(Path(what))
         return catalog, catalog.names
+    if "/" in what:
+        raise GraspBenchError(f"The folder {what} of --objects does not exist here, in {Path.cwd()}.")
     return (catalog := Catalog()), catalog.select(what)
 
 
@@ -185,12 +195,10 @@ def named(predictor: str | type | Predictor) -> tuple[str, Predictor | None]:
     name = f"{cls.__module__}:{cls.__qualname__}"
     if predictor is cls and cls.__module__ != "__main__" and _importable(cls):
         return name, None
-    try:
+    with Guard(f"{name} could not be made:"):
         made: Any = cls() if predictor is cls else predictor
-    except Exception as error:
-        raise PredictorError(f"{name} could not be made: {type(error).__name__}: {error}") from error
-    if not callable(getattr(made, "predict", None)):
-        raise PredictorError(f"{name} has no method predict(image: RgbdImage) -> list[Grasp]")
+        if not callable(getattr(made, "predict", None)):
+            raise PredictorError(f"{name} has no method predict(image: RgbdImage) -> list[Grasp]")
     return name, made
 
 
@@ -210,14 +218,19 @@ def default_folder(
     With ``fresh``, a number is added if need be, so that the folder holds no run.
     """
     plain = re.sub(r"[<>]", "", predictor.removeprefix("__main__:"))
-    label = re.sub(r"[^\w.-]+", "-", plain).strip("-.")[:80]
+    label = _in_a_name(plain)
     part = f"-shard{shard.index}of{shard.count}" if shard.count > 1 else ""
-    folder = Path("results") / f"{label}-{scenario}-seed{seed}{part}"
+    folder = Path("results") / f"{label}-{_in_a_name(scenario)}-seed{seed}{part}"
     candidate, number = folder, 1
     while fresh and (candidate / RUN).exists():
         number += 1
         candidate = folder.with_name(f"{folder.name}-{number}")
     return candidate
+
+
+def _in_a_name(text: str) -> str:
+    """Return text as a part of a folder's name, which leads nowhere else."""
+    return re.sub(r"[^\w.+=-]+", "-", legible(text)).strip("-.")[:80] or "unnamed"
 
 
 @contextmanager

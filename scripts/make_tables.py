@@ -12,8 +12,9 @@ from pathlib import Path
 from grasp_bench.report.leaderboard import as_markdown, load_row
 from grasp_bench.report.table4 import build_report
 from grasp_bench.report.tables import Markdown, TextTable, markdown, rate_cells
+from grasp_bench.runs.comparison import Comparison
 from grasp_bench.runs.folder import find_runs
-from grasp_bench.runs.results import Comparison, RunResults
+from grasp_bench.runs.results import RunResults
 from grasp_bench.studies.bench_table import compare, read_evaluations, run_folders, tables
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -8,7 +8,9 @@ Exit codes: 0 success · 1 the run finished, but with more harness errors than a
 
 from __future__ import annotations
 
+import os
 import sys
+from contextlib import suppress
 from importlib.metadata import version as installed
 from typing import Annotated
 
@@ -30,6 +32,7 @@ from grasp_bench.cli.scenarios import scenarios_app
 from grasp_bench.cli.sweep import sweep_command
 from grasp_bench.cli.train import train_command
 from grasp_bench.errors import GraspBenchError
+from grasp_bench.system.texts import LONGEST, legible
 
 app = typer.Typer(
     name="grasp-bench",
@@ -80,10 +83,19 @@ app.add_typer(cache_app, name="cache")
 
 def main() -> None:
     """Run the command line: one clear line for what is wrong, never a traceback for bad input."""
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(AttributeError, ValueError, OSError):  # a notebook's, or one that is closed
+            stream.reconfigure(errors="replace")  # pyright: ignore[reportAttributeAccessIssue]
     try:
         app(prog_name="grasp-bench")
     except GraspBenchError as error:
-        typer.echo(f"Error: {error}", err=True)
+        typer.echo(f"Error: {legible(str(error), LONGEST)}", err=True)
+        sys.exit(2)
+    except OSError as error:
+        if error.strerror is None:
+            raise
+        where = f"{os.fsdecode(error.filename)}: " if error.filename else ""
+        typer.echo(f"Error: {where}{error.strerror}.", err=True)
         sys.exit(2)
     except (KeyboardInterrupt, SystemExit) as end:
         if isinstance(end, SystemExit) and end.code != 130:  # Typer turns Ctrl-C into an exit with 130

@@ -19,6 +19,13 @@ def synth_command(
     seed: Annotated[int, typer.Option(help="Seed; the same seed gives the same scenes.", min=0)] = 1,
     workers: Annotated[int, typer.Option(help="Processes.", min=1)] = 2,
     tries: Annotated[int, typer.Option(help="Grasps tried in physics per scene.", min=0)] = 20,
+    style: Annotated[
+        str,
+        typer.Option(
+            help="plain (the reference scenario, a little varied), camera-like (cameras, walls, bins, "
+            "sensors and light of all sorts), or a YAML file of what differs from camera-like."
+        ),
+    ] = "plain",
 ) -> None:
     """Generate synthetic training scenes of random shapes.
 
@@ -27,11 +34,12 @@ def synth_command(
     from rich.console import Console
 
     from grasp_bench.learning.data.generate import calibration, generate
+    from grasp_bench.learning.data.stages.style import read_style
     from grasp_bench.learning.data.synthetic import SynthConfig
 
     console = Console()
     tally = {"there": 0, "made": 0, "tries": 0}
-    config = SynthConfig(tries=tries)
+    config = SynthConfig(tries=tries, style=read_style(style))
     with counting(console) as progress:
         task = progress.add_task("scenes", total=scenes, state="")
 
@@ -64,7 +72,7 @@ def show_command(
     count: Annotated[int, typer.Option(help="Scenes to show.", min=1)] = 8,
     out: Annotated[Path, typer.Option("--out", "-o", help="PNG to write.")] = Path("samples.png"),
 ) -> None:
-    """Draw samples of a data set: colour with good grasps, depth, quality and angle.
+    """Draw samples of a data set: grasps that held and as people draw them, height, quality, angle.
 
     Shows generated scenes, and Cornell or Jacquard as training sees them.
     """

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from grasp_bench.cli.trust import Trust, ask_for_trust
 from grasp_bench.doctor.checks import healthy, show
 from grasp_bench.system.graphics import prepare, without_gl
 
@@ -29,6 +30,7 @@ def doctor_command(
         bool,
         typer.Option("--full", help="With --physics: the oracle's trials of all objects at two time steps."),
     ] = False,
+    trust: Trust = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """Check the installation, or do some trials of RUN again and compare them byte for byte.
@@ -57,11 +59,13 @@ def doctor_command(
     else:
         from grasp_bench.runs.folder import load_run
 
-        prepare(load_run(run).renderer)
+        info = load_run(run)
+        trust = ask_for_trust(info.predictor, run, trust)
+        prepare(info.renderer)
         from grasp_bench.doctor.rerun import rerun
         from grasp_bench.execution.executors import make_executor
 
-        found = rerun(run, trials, make_executor("process", 1), objects)
+        found = rerun(run, trials, make_executor("process", 1), objects, trust)
         title, checks = f"{run}, then and now", found.checks
     if as_json:
         typer.echo(json.dumps([c.to_json() for c in checks], ensure_ascii=False))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -13,6 +13,9 @@ from grasp_bench.learning.training.config import TrainConfig
 from grasp_bench.networks.registry import info
 from grasp_bench.networks.store import shipped_file
 from grasp_bench.runs.evaluation import AnyDataset, Protocol, Record, Split
+
+if TYPE_CHECKING:
+    from grasp_bench.learning.evaluation.protocols import Case
 
 Format = Literal["table", "markdown", "json"]
 
@@ -62,7 +65,15 @@ def evaluate_command(
         Path | None, typer.Option(help="Folder of the trainings; by default runs/evaluate-DATASET-PREDICTOR.")
     ] = None,
     fmt: Annotated[Format, typer.Option("--format", help="table, markdown or json.")] = "table",
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="Write the result as JSON here.")] = None,
+    rim: Annotated[
+        int, typer.Option(help="Width of the rim in which grasps do not count [px]; legacy: 20.", min=0)
+    ] = 0,
+    pictures: Annotated[
+        Path | None, typer.Option(help="Draw each image whose best grasp is wrong into this folder.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Write the result as JSON here, with each image's.")
+    ] = None,
 ) -> None:
     """Evaluate a predictor by the rectangle metric, beside the rows of the paper's Tables 1 and 2.
 
@@ -72,11 +83,14 @@ def evaluate_command(
 
     from grasp_bench.learning.evaluation.evaluate import Question, evaluate
     from grasp_bench.learning.evaluation.fold_training import Training
+    from grasp_bench.learning.evaluation.pictures import draw_failure
     from grasp_bench.report.accuracy import accuracy_table, summary
     from grasp_bench.report.tables import markdown, show
 
     console = Console(stderr=fmt != "table")
-    question = Question(predictor, dataset, root, split, protocol, folds, fold, weights, depth, seed)
+    question = Question(predictor, dataset, root, split, protocol, folds, fold, weights, depth, seed, rim)
+    if rim and protocol == "legacy":
+        raise GraspBenchError("--rim is for --protocol strict; legacy always leaves out 20 px.")
     training = None
     if train_steps:
         info(predictor)  # only networks can be trained; the error lists them
@@ -99,14 +113,18 @@ def evaluate_command(
     tally = {"done": 0, "correct": 0}
     with console.status("Evaluating …") as status:
 
-        def report(record: Record) -> None:
+        def report(record: Record, case: Case) -> None:
             tally["done"] += 1
             tally["correct"] += record.verdict == "correct"
+            if pictures is not None and record.verdict != "correct":
+                draw_failure(record, case, pictures)
             status.update(f"{tally['correct']} of {tally['done']} correct")
 
         result = evaluate(question, training, report)
     if out is not None:
         result.write(out)
+    if pictures is not None and (wrong := tally["done"] - tally["correct"]):
+        console.print(f"{wrong} pictures of wrong grasps are in {pictures}.", markup=False, highlight=False)
     table = accuracy_table(dataset, [result])
     if fmt == "json":
         typer.echo(result.text())

@@ -83,11 +83,9 @@ def check_predictor(name: Name, as_json: AsJson = False) -> None:
     Exits with 1 when it breaks the protocol. Remarks do not fail it.
     """
     without_gl()
-    from grasp_bench.doctor.conformance import check, samples
-    from grasp_bench.predictors.use import in_use
+    from grasp_bench.doctor.conformance import check_named
 
-    with in_use(name) as predictor:
-        rows = check(predictor, samples())
+    rows = check_named(name)
     failed = sum(row.failed for row in rows)
     if as_json:
         images = [

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
+import signal
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from grasp_bench.cli import completion
+from grasp_bench.runs.jobs import MOST_SEED, MOST_TRIALS
 from grasp_bench.runs.limits import ErrorLimit
-from grasp_bench.system.interrupts import terminate_as_interrupt
+from grasp_bench.system.interrupts import told_apart
 from grasp_bench.system.progress import Progress
 
 
@@ -26,7 +28,9 @@ def run_command(
     trials: Annotated[
         int,
         typer.Option(
-            min=1, help="How many trials, spread evenly over the objects; of clutter, how many episodes."
+            min=1,
+            max=MOST_TRIALS,
+            help="How many trials, spread evenly over the objects; of clutter, how many episodes.",
         ),
     ] = 180,
     predictor: Annotated[
@@ -47,7 +51,7 @@ def run_command(
             autocompletion=completion.scenarios, help="A shipped scenario, or the path of a YAML file."
         ),
     ] = "table4",
-    seed: Annotated[int, typer.Option(min=0, help="Seed of all that is random.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Seed of all that is random.")] = 0,
     workers: Annotated[int, typer.Option(min=0, help="Processes; 0 takes one for each core.")] = 0,
     out: Annotated[
         Path | None, typer.Option(help="Results folder; by default results/PREDICTOR-SCENARIO-seedN.")
@@ -112,7 +116,8 @@ def run_command(
         predictor = with_weights(predictor, weights)
     console = Console(quiet=quiet or as_json)
     allowed = ErrorLimit.parse(max_errors)
-    with terminate_as_interrupt(), Progress(len(spread(["any"], trials, Shard.parse(shard))), console) as bar:
+    stops = told_apart(signal.SIGINT, signal.SIGTERM)
+    with stops, Progress(len(spread(["any"], trials, Shard.parse(shard))), console) as bar:
         done = api.run(
             objects,
             trials,

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from itertools import pairwise
 from typing import Any, Literal
 
@@ -19,9 +19,13 @@ from grasp_bench.camera import Intrinsics, RgbdImage
 from grasp_bench.errors import PredictorError
 from grasp_bench.grasps import Grasp, angle_difference, wrap_angle
 from grasp_bench.objects.catalog import Catalog
+from grasp_bench.predictors.guard import Guard
+from grasp_bench.predictors.names import PythonPath, parse
 from grasp_bench.predictors.protocol import Predictor, PrivilegedPredictor, begin, checked
+from grasp_bench.predictors.use import in_use
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.scenario.seeding import Purpose, stream
+from grasp_bench.system.apart import DiedError, Tell, TooLateError, answers
 
 Mask = NDArray[np.bool_]
 
@@ -30,6 +34,8 @@ OBJECT = "flat_screwdriver"
 TABLE_DEPTH = 0.55
 SLOW, TOO_SLOW = 1.0, 20.0
 """Seconds for one image that are a remark, and that are a failure: a third less than the harness's limit."""
+LIMIT = 120.0
+"""Seconds that a predictor may take to be made, and for an image shown twice, before it is stopped."""
 
 
 @dataclass(frozen=True)
@@ -147,6 +153,42 @@ def check(
     return [_check(predictor, sample, clock) for sample in images]
 
 
+def check_named(name: str) -> list[Row]:
+    """Check a predictor by its name; foreign code is shown the images in a process of its own.
+
+    Where that process ends or hangs, the last row says so, and no further image is shown.
+
+    Raises:
+        PredictorError: for a predictor that cannot be made, or a control that needs the simulator's truth.
+    """
+    if not isinstance(parse(name), PythonPath):
+        with in_use(name) as predictor:
+            return check(predictor, samples())
+    rows: list[Row] = []
+    names = ["making it"]
+    try:
+        for told in answers(_check_there, name, seconds=LIMIT):
+            if isinstance(told, list):
+                names = told
+            else:
+                findings = [Finding(**f) for f in told.pop("findings")]
+                rows.append(Row(findings=findings, **told))
+    except (DiedError, TooLateError) as error:
+        how = "ends its process" if isinstance(error, DiedError) else "hangs"
+        rows.append(Row(names[len(rows)], findings=[Finding("failure", f"{how} ({error})")]))
+    return rows
+
+
+def _check_there(tell: Tell, name: str) -> None:
+    """Check a predictor, in a process of its own: tell the names of the images, and each image's row."""
+    with in_use(name) as predictor:
+        check(predictor, [])
+        images = samples()
+        tell([sample.name for sample in images])
+        for sample in images:
+            tell(asdict(check(predictor, [sample])[0]))
+
+
 def _check(predictor: Predictor, sample: Sample, clock: Callable[[], float]) -> Row:
     row = Row(sample.name)
 
@@ -154,19 +196,17 @@ def _check(predictor: Predictor, sample: Sample, clock: Callable[[], float]) -> 
         row.findings.append(Finding("failure", text))
 
     image = sample.image
-    answers: list[Any] = []
+    said: list[Any] = []
     seconds: list[float] = []
     for _ in range(2):
         own = replace(image, rgb=image.rgb.copy(), depth=image.depth.copy())
         start = clock()
         try:
-            begin(predictor, np.random.default_rng(11))
-            answers.append(predictor.predict(own))
+            with Guard("raises"):
+                begin(predictor, np.random.default_rng(11))
+                said.append(predictor.predict(own))
         except PredictorError as error:
             fail(str(error))
-            return row
-        except (Exception, SystemExit) as error:
-            fail(f"raises {type(error).__name__}: {str(error)[:200]}")
             return row
         seconds.append(clock() - start)
         if not (np.array_equal(own.rgb, image.rgb) and np.array_equal(own.depth, image.depth)):
@@ -174,7 +214,7 @@ def _check(predictor: Predictor, sample: Sample, clock: Callable[[], float]) -> 
             return row
     row.seconds = min(seconds)
     try:
-        grasps, again = (checked(a, image.intrinsics) for a in answers)
+        grasps, again = (checked(a, image.intrinsics) for a in said)
     except PredictorError as error:
         fail(str(error))
         return row
@@ -188,7 +228,8 @@ def _check(predictor: Predictor, sample: Sample, clock: Callable[[], float]) -> 
         fail(f"takes {row.seconds:.1f} s for an image; a remote predictor has 30 s with its turn waited for")
     elif row.seconds > SLOW:
         row.findings.append(Finding("remark", f"takes {row.seconds:.1f} s for an image"))
-    row.findings += _frames(list(answers[0]), sample)
+    with Guard():
+        row.findings += _frames(list(said[0]), sample)
     row.findings.sort(key=lambda f: f.level != "failure")
     return row
 

@@ -12,6 +12,7 @@ from grasp_bench.execution.describe import describe
 from grasp_bench.execution.protocol import Executor
 from grasp_bench.execution.runner import carry_out
 from grasp_bench.objects.catalog import Catalog
+from grasp_bench.predictors.trust import require
 from grasp_bench.runs.folder import TRIALS, load_run
 from grasp_bench.runs.info import RUN, SAME_RUN, Group, RunInfo
 from grasp_bench.runs.jobs import Jobs, Settings, spread
@@ -48,7 +49,9 @@ class Rerun:
     tried: int
 
 
-def rerun(folder: Path, trials: int, executor: Executor, objects: Path | None = None) -> Rerun:
+def rerun(
+    folder: Path, trials: int, executor: Executor, objects: Path | None = None, trust: bool = False
+) -> Rerun:
     """Do some trials of a run again.
 
     Args:
@@ -56,12 +59,15 @@ def rerun(folder: Path, trials: int, executor: Executor, objects: Path | None = 
         trials: how many, spread evenly over those that it holds.
         executor: carries the trials out.
         objects: folder of the objects; by default the shipped ones.
+        trust: start a predictor that is not shipped, too, though only the record names it.
 
     Raises:
+        UntrustedError: for a predictor that is not shipped, unless it is trusted.
         ResultsError: when the folder cannot be read or holds no trial.
         GraspBenchError: when the predictor, the scenario or an object cannot be used here.
     """
     run = load_run(folder)
+    require(run.predictor, folder, trust)
     catalog = Catalog(objects)
     names = run.tried
     for name in names:

@@ -8,11 +8,10 @@ trial that kills its worker by itself does so again and is recorded as an error.
 from __future__ import annotations
 
 import os
-import signal
 from collections.abc import Generator, Iterable
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from itertools import chain, islice
 from types import TracebackType
 from typing import Any
@@ -25,8 +24,10 @@ from grasp_bench.execution.memory import MemoryGuard, fair_share
 from grasp_bench.execution.protocol import Answer, Fault
 from grasp_bench.runs.jobs import Job, Settings
 from grasp_bench.scenario.outcomes import Outcome
+from grasp_bench.system.apart import how_it_ended
 from grasp_bench.system.machine import THREADS
 from grasp_bench.system.spawning import SpawnContext
+from grasp_bench.system.texts import raised
 
 TRIES = 2
 """Tries of a trial whose worker dies."""
@@ -132,9 +133,9 @@ class WorkerPool:
             if tries < TRIES and reason is None:
                 return None
             code = getattr(error, "exitcode", None)
-            return Fault(job, Outcome.ERROR, reason or f"the worker process died ({_death(code)})")
+            return Fault(job, Outcome.ERROR, reason or f"the worker process died ({how_it_ended(code)})")
         except Exception as error:  # an answer that cannot be sent, or anything beside the trial itself
-            return Fault(job, Outcome.ERROR, f"{type(error).__name__}: {error}")
+            return Fault(job, Outcome.ERROR, raised(error))
 
     def _start_anew(self, why: str) -> list[Answer | Fault]:
         """Replace a pool that will give no more answers; its trials are begun again."""
@@ -199,14 +200,6 @@ class Processes:
                 if not pool.pending:
                     return
                 yield from pool.wait()
-
-
-def _death(code: int | None) -> str:
-    """Say how a process ended, by its exit code."""
-    if code is not None and code < 0:
-        with suppress(ValueError):
-            return f"killed by {signal.Signals(-code).name}"
-    return f"exit code {'?' if code is None else code}"
 
 
 def _set_environment(values: dict[str, str | None]) -> None:

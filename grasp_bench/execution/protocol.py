@@ -13,11 +13,15 @@ from grasp_bench.scenario.outcomes import Outcome
 
 @dataclass(frozen=True)
 class Answer:
-    """A trial that ended by itself, with its lines for ``trials.jsonl`` and ``timings.jsonl``."""
+    """A trial that ended by itself, with its lines for ``trials.jsonl`` and ``timings.jsonl``.
+
+    ``tracebacks`` are those of what foreign code raised meanwhile, as text.
+    """
 
     job: Job
     record: TrialRecord
     timings: Timings
+    tracebacks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

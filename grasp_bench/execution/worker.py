@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-import ctypes
-import multiprocessing
 import os
-import signal
-import sys
-import threading
-from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from grasp_bench.execution.protocol import Answer, failed
 from grasp_bench.objects.catalog import Catalog
 from grasp_bench.predictors import load_predictor
+from grasp_bench.predictors.guard import catching
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.runs.jobs import Job, Settings
 from grasp_bench.runs.record import Timings
 from grasp_bench.scenario.outcomes import Outcome
+from grasp_bench.system import interrupts
 from grasp_bench.system.machine import THREADS
+from grasp_bench.system.spawning import die_with_parent, print_to_stderr
+from grasp_bench.system.texts import raised, whole_traceback
 
 if TYPE_CHECKING:
     from grasp_bench.trials.workcell import Workcell
@@ -35,11 +33,12 @@ def start(settings: Settings) -> None:
     """Load once what all trials of a worker share; the first trial tells what is wrong."""
     for name in THREADS:
         os.environ[name] = "1"
-    _die_with_parent()
+    die_with_parent()
+    print_to_stderr()
     try:
         load(settings)
-    except Exception as error:  # an initializer that raises would only be started again, for ever
-        _worker["broken"] = f"{type(error).__name__}: {error}"
+    except BaseException as error:  # an initializer that raises would only be started again, for ever
+        _worker["broken"] = raised(error)
 
 
 def load(settings: Settings) -> None:
@@ -70,29 +69,15 @@ def attempt(job: Job, settings: Settings, catalog: Catalog, cell: Workcell, pred
     from grasp_bench.media.recorders import recorders_for
     from grasp_bench.trials.job import do_job
 
-    try:
-        done = do_job(cell, catalog, predictor, job, settings.seed, partial(recorders_for, settings))
-    except Exception as error:  # whatever goes wrong belongs to this trial alone
-        category = catalog.entries[job.object]["category"]
-        why = f"{type(error).__name__}: {error}"
-        record = failed(job, category, settings.seed, Outcome.ERROR, why)
-        return Answer(job, record, Timings(trial=job.trial))
-    return Answer(job, done.record, done.clock.timings(job.trial))
-
-
-def _die_with_parent() -> None:
-    """End this process when its parent ends, even where a trial never returns from native code."""
-    parent = multiprocessing.parent_process()
-    if parent is None:
-        return
-    if sys.platform == "linux":
-        with suppress(OSError, AttributeError):
-            ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
-        if os.getppid() != parent.pid:
-            os._exit(1)
-
-    def watch() -> None:
-        parent.join()
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True, name="watch-parent").start()
+    with catching() as faults:
+        try:
+            done = do_job(cell, catalog, predictor, job, settings.seed, partial(recorders_for, settings))
+            record, timings = done.record, done.clock.timings(job.trial)
+        except BaseException as error:  # whatever goes wrong belongs to this trial alone
+            if interrupts.by_user(error):
+                raise
+            faults.append(error)
+            category = catalog.entries[job.object]["category"]
+            record = failed(job, category, settings.seed, Outcome.ERROR, raised(error))
+            timings = Timings(trial=job.trial)
+    return Answer(job, record, timings, tuple(map(whole_traceback, faults)))

@@ -23,6 +23,7 @@ from grasp_bench.media.recording import Recording
 from grasp_bench.media.store import FOLDER, note_fault, stem
 from grasp_bench.media.takes import Take
 from grasp_bench.scenario.sections import Scenario
+from grasp_bench.system import interrupts
 from grasp_bench.trials.attempt import Trial
 
 APPLICATION = "grasp-bench"
@@ -82,7 +83,9 @@ class RerunRecorder(Recording):
             take = Take.of(done, self, predictor, self._attempt)
             with writing(part, recording_id=str(self._run)) as stream:
                 log_take(stream, take, self._scenario)
-        except Exception as error:  # a full disk, a foreign predictor's odd maps
+        except BaseException as error:  # a full disk, a foreign predictor's odd maps
+            if interrupts.by_user(error):
+                raise
             part.unlink(missing_ok=True)
             note_fault(self._run, number, error, self._attempt)
 

@@ -11,8 +11,9 @@ from typing import Any, Self
 
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.grasps import GraspMaps
-from grasp_bench.media.pictures import Rgb, crop_for, depth, proposed, seen
+from grasp_bench.media.pictures import Rgb, close_to, crop_for, depth, proposed, seen
 from grasp_bench.media.recording import Moment, Recording, moment
+from grasp_bench.predictors.guard import Guard
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.trials.attempt import Trial
 
@@ -49,13 +50,10 @@ class Take:
         if done.world is not None:
             moments.append(moment(done.world, recording.touches))
         failed = done.record.outcome == Outcome.ERROR  # what a predictor has then is of an earlier image
-        return cls(
-            done,
-            moments,
-            None if failed else getattr(predictor, "last_maps", None),
-            getattr(predictor, "crop_origin", (0, 0)),
-            attempt,
-        )
+        with Guard("the predictor's last_maps or crop_origin raised"):
+            maps = None if failed else getattr(predictor, "last_maps", None)
+            origin = getattr(predictor, "crop_origin", (0, 0))
+        return cls(done, moments, maps, origin, attempt)
 
     @property
     def name(self) -> str:
@@ -78,8 +76,11 @@ class Take:
         """Whether there is an image, so that there is something to show."""
         return self.done.image is not None and self.done.world is not None
 
-    def pictures(self) -> dict[str, Rgb]:
+    def pictures(self, close: bool = False) -> dict[str, Rgb]:
         """Draw what was ``seen``, its ``depth``, and what was ``proposed``: squares of one part of the image.
+
+        Args:
+            close: show the surroundings of the grasp that was carried out only.
 
         Raises:
             GraspBenchError: for what ended before there was an image.
@@ -90,7 +91,7 @@ class Take:
                 f"{self.name.capitalize()} ended before there was an image "
                 f"({self.done.record.outcome}); there is nothing to show."
             )
-        crop = crop_for(image, [] if grasp is None else [grasp])
+        crop = close_to(image, grasp) if close else crop_for(image, [] if grasp is None else [grasp])
         return {
             "seen": seen(image, crop, grasp),
             "depth": depth(image, crop, grasp),

@@ -9,6 +9,7 @@ from grasp_bench.grasps import Grasp
 from grasp_bench.planning.planner import Plan, Planner
 from grasp_bench.planning.refusals import Refused
 from grasp_bench.planning.seen import SeenScene
+from grasp_bench.scenario.sections import Execution
 
 
 @dataclass(frozen=True)
@@ -28,11 +29,11 @@ def choose_grasp(planner: Planner, scene: SeenScene, grasps: Sequence[Grasp]) ->
     """Choose the best of at least one grasp in which the tips get deep enough.
 
     Where none does, it is the one whose tips stay least above their wanted depth: rather a shallow grasp
-    than none.
+    than none. Where the scenario has grasps carried out as predicted, it is the first or none.
     """
     refusal: Refused | None = None
     shallow: tuple[int, Plan] | None = None
-    for rank, grasp in enumerate(grasps):
+    for rank, grasp in enumerate(grasps[: counted(planner.scenario.execution)]):
         try:
             plan = planner.plan(scene, grasp)
         except Refused as error:
@@ -46,3 +47,8 @@ def choose_grasp(planner: Planner, scene: SeenScene, grasps: Sequence[Grasp]) ->
         return Choice(*shallow)
     assert refusal is not None
     return Choice(0, refusal)
+
+
+def counted(execution: Execution) -> int:
+    """Return how many of a predictor's grasps are looked at."""
+    return execution.proposals if execution.assisted else 1

@@ -15,18 +15,23 @@ from grasp_bench.planning.refusals import Blocked
 from grasp_bench.planning.seen import STRAYS_UNDER_HAND, SeenScene, highest
 from grasp_bench.robot.gripper import Gripper
 from grasp_bench.robot.parallel_85 import PARALLEL_85
-from grasp_bench.scenario.sections import Motion
+from grasp_bench.scenario.sections import Execution, Motion
 from grasp_bench.system.arrays import Floats
 
 SIDE_CLEARANCE = 0.004
 """Room that a finger or the hand on its way down wants beside it [m]."""
+ASSISTED = Execution()
 WIDENING_STEP = 0.004
 WIDENING_GAIN = 0.004
 """The jaws are opened wider than predicted until the tips come this near to the wanted depth [m]."""
 
 
 def grasp_pose(
-    scene: SeenScene, grasp: Grasp, motion: Motion, gripper: Gripper = PARALLEL_85
+    scene: SeenScene,
+    grasp: Grasp,
+    motion: Motion,
+    gripper: Gripper = PARALLEL_85,
+    execution: Execution = ASSISTED,
 ) -> tuple[GraspPose, float]:
     """Return the world pose of an image-plane grasp, and the height of what it holds [m].
 
@@ -34,7 +39,8 @@ def grasp_pose(
     inside the grasp's rectangle, the plane on which its centre and ends are deprojected. The
     tips go ``motion.insertion`` below it, never nearer to the table than
     ``motion.table_clearance``, and never so deep that the hand would meet what is seen under it, or the open
-    fingers what is under them; where the latter would keep them up, the jaws are opened wider than predicted.
+    fingers what is under them; where the latter would keep them up, the jaws are opened wider than predicted,
+    unless ``execution`` wants the grasp as it was predicted.
 
     Raises:
         Blocked: where nothing was measured, or the fingers cannot get below the top of it.
@@ -46,8 +52,7 @@ def grasp_pose(
     empty = top < TABLE_NOISE  # nothing but table: carried out all the same, to close on nothing
     top = 0.0 if empty else top
     centre = scene.on_plane(np.array([grasp.x, grasp.y]), top)
-    first, second = (scene.on_plane(end, top) for end in grasp.ends())
-    span = second - first
+    span = _span(scene, grasp, top)
     axis = span / max(float(np.linalg.norm(span)), 1e-9)
     wanted = wanted_tip(top, motion)
     offset, height = scene.local(centre, axis, _reach(gripper))
@@ -57,7 +62,7 @@ def grasp_pose(
     under_jaws = np.abs(offset[:, 1]) < gripper.finger_width / 2 + SIDE_CLEARANCE
     along, height = offset[under_jaws, 0], height[under_jaws]
     tip, opening, room = np.inf, 0.0, finger_room(gripper)
-    for trial in openings(float(np.linalg.norm(span[:2])), gripper.opening):
+    for trial in openings(float(np.linalg.norm(span[:2])), gripper.opening, execution):
         grounds = (ground_under(side * along - trial / 2, height, room) for side in (-1, 1))
         lowest = max(floor, *(ground + motion.table_clearance for ground in grounds))
         if lowest < tip - 1e-6:
@@ -65,7 +70,8 @@ def grasp_pose(
         if tip <= floor + WIDENING_GAIN:
             break
     if top - tip < LEAST_INSERTION and not empty:
-        raise Blocked(f"the fingers reach only {1000 * (top - tip):.1f} mm below the top of the object")
+        what = "the table" if tip <= wanted else "the hand" if tip <= floor else "a finger"
+        raise Blocked(_too_high(top, tip, what))
     yaw = math.atan2(axis[1], axis[0])
     return GraspPose.top_down([centre[0], centre[1], tip], yaw, opening), top
 
@@ -75,8 +81,36 @@ def wanted_tip(top: float, motion: Motion) -> float:
     return max(top - motion.insertion, motion.table_clearance)
 
 
-def openings(predicted: float, most: float) -> list[float]:
-    """Return the openings to try [m]: the predicted one, then wider ones up to ``most``."""
+def widening(
+    scene: SeenScene, grasp: Grasp, pose: GraspPose, top: float, gripper: Gripper = PARALLEL_85
+) -> float:
+    """Return how much wider than predicted the jaws open [m]; predictions are cut to what they can."""
+    predicted = float(np.linalg.norm(_span(scene, grasp, top)[:2]))
+    return pose.opening - min(predicted, gripper.opening)
+
+
+def _span(scene: SeenScene, grasp: Grasp, top: float) -> Floats:
+    """Return the (3,) vector between a grasp's ends on the plane at height ``top`` [m]."""
+    first, second = (scene.on_plane(end, top) for end in grasp.ends())
+    return second - first
+
+
+def _too_high(top: float, tip: float, what: str) -> str:
+    """Say why the fingers cannot hold something ``top`` high, whose tips stop at ``tip`` [m]."""
+    if what == "the table":
+        why = f"is only {round(1000 * top)} mm high, too flat for fingers that stay clear of the table"
+    else:
+        above = round(1000 * (tip - top))
+        where = f"{abs(above)} mm {'above' if above > 0 else 'below'}" if above else "no deeper than"
+        why = f"cannot be got round: the tips would stop {where} its top, as something is under {what}"
+    return f"what the grasp is on {why}; the arm did not move"
+
+
+def openings(predicted: float, most: float, execution: Execution = ASSISTED) -> list[float]:
+    """Return the openings to try [m]: the predicted one, then wider ones up to ``most``; without help one,
+    the predicted with the scenario's clearance."""
+    if not execution.assisted:
+        return [min(predicted + execution.clearance, most)]
     first = min(predicted, most)
     return [first, *np.arange(first + WIDENING_STEP, most, WIDENING_STEP).tolist(), most]
 

@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from grasp_bench.grasps import Grasp, GraspPose
-from grasp_bench.planning.depth import WIDENING_GAIN, grasp_pose, wanted_tip
+from grasp_bench.planning.depth import WIDENING_GAIN, grasp_pose, wanted_tip, widening
 from grasp_bench.planning.refusals import Unreachable
 from grasp_bench.planning.seen import SeenScene
 from grasp_bench.planning.shake import amplitude, shaken
@@ -34,6 +34,7 @@ class Plan:
         pose: TCP pose at the grasp.
         top: height of what is grasped, above the table [m].
         shortfall: how far above their wanted depth the tips are kept by what is seen under them [m].
+        widening: how much wider the jaws open than predicted [m].
         reach: motion from home to above the grasp.
         approach, lift: motions straight down and up.
         carry: motion to the place of the hold.
@@ -44,6 +45,7 @@ class Plan:
     pose: GraspPose
     top: float
     shortfall: float
+    widening: float
     reach: Trajectory
     approach: Trajectory
     lift: Trajectory
@@ -76,8 +78,8 @@ class Planner:
             Blocked: when the fingers cannot get down to it.
             Unreachable: when the arm cannot carry it out.
         """
-        motion = self.scenario.motion
-        pose, top = grasp_pose(scene, grasp, motion, self.robot.gripper)
+        motion, gripper = self.scenario.motion, self.robot.gripper
+        pose, top = grasp_pose(scene, grasp, motion, gripper, self.scenario.execution)
         timed = partial(through, limits=self.robot.arm.velocity_limits)
         period = self.scenario.physics.timestep * self.scenario.physics.control_steps
         above = max(pose.position[2] + motion.approach_height, scene.highest(self.scenario.table) + 0.03)
@@ -107,6 +109,7 @@ class Planner:
                 candidate,
                 top,
                 pose.position[2] - wanted_tip(top, motion),
+                widening(scene, grasp, pose, top, gripper),
                 reach,
                 down,
                 timed([q, *lift], period, fraction, motion.lift_height, motion.lift_speed),

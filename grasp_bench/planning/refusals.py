@@ -20,6 +20,7 @@ class Unreachable(Refused):
 
 
 class Blocked(Refused):
-    """The fingers cannot get down to a grasp."""
+    """The fingers cannot get down to a grasp: what the camera saw is in their way, and the arm stays where it
+    is."""
 
-    outcome = Outcome.APPROACH_COLLISION
+    outcome = Outcome.BLOCKED

@@ -6,10 +6,16 @@ import json
 from typing import Any
 
 from grasp_bench.errors import PredictorError
-from grasp_bench.predictors.names import parse
+from grasp_bench.predictors.command import START_SECONDS
+from grasp_bench.predictors.guard import Guard
+from grasp_bench.predictors.names import PythonPath, parse
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.predictors.shipped import Shipped
 from grasp_bench.predictors.use import in_use
+from grasp_bench.system.apart import DiedError, Tell, TooLateError, answers
+
+MOST_INFO = 2**16
+"""Bytes that a predictor may say of itself."""
 
 
 def identify(name: str, predictor: Predictor | None = None) -> dict[str, Any] | None:
@@ -37,23 +43,42 @@ def identify(name: str, predictor: Predictor | None = None) -> dict[str, Any] | 
             with in_use(name):  # weights that the manifest does not list may not load
                 pass
         return None
-    with in_use(name if predictor is None else predictor) as used:
-        return describe(name, used)
+    if predictor is not None:
+        return describe(name, predictor)
+    if not isinstance(parse(name), PythonPath):  # our own code asks the server
+        with in_use(name) as used:
+            return describe(name, used)
+    try:
+        for facts in answers(_describe_there, name, seconds=START_SECONDS):
+            return facts
+    except DiedError as error:
+        raise PredictorError(f"{name} ended its process while it was made ({error}).") from error
+    except TooLateError as error:
+        raise PredictorError(
+            f"{name} was not ready within {START_SECONDS:g} s. Where it must take longer, serve it yourself "
+            f"(`grasp-bench serve {name}`) and give the address."
+        ) from error
+    raise PredictorError(f"{name} could not be made.")
+
+
+def _describe_there(tell: Tell, name: str) -> None:
+    """Describe a predictor, in a process of its own."""
+    with in_use(name) as used:
+        tell(describe(name, used))
 
 
 def describe(name: str, predictor: object) -> dict[str, Any]:
-    """Return the facts of a predictor that is loaded."""
+    """Return the facts of a predictor that is loaded.
+
+    Raises:
+        PredictorError: for an ``info()`` that fails, or gives what is not JSON or too much.
+    """
     facts = parse(name).facts(predictor)
-    info = getattr(predictor, "info", None)
-    return facts | {"info": _plain(name, info)} if callable(info) else facts
-
-
-def _plain(name: str, info: Any) -> Any:
-    try:
-        return json.loads(json.dumps(info(), allow_nan=False))
-    except PredictorError:
-        raise
-    except (Exception, SystemExit) as error:  # a foreign method, or something that is not JSON
-        raise PredictorError(
-            f"info() of {name} failed or is not JSON: {type(error).__name__}: {error}"
-        ) from error
+    with Guard(f"info() of {name} failed or is not JSON:"):
+        info = getattr(predictor, "info", None)
+        if not callable(info):
+            return facts
+        text = json.dumps(info(), allow_nan=False)
+        if len(text) > MOST_INFO:
+            raise PredictorError(f"info() of {name} gives {len(text)} bytes; at most {MOST_INFO} are kept.")
+        return facts | {"info": json.loads(text)}

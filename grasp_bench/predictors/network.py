@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -16,9 +16,12 @@ from grasp_bench.networks.registry import info, input_kind
 from grasp_bench.networks.spec import Kind
 from grasp_bench.networks.store import stored_input
 from grasp_bench.predictors.level import level_view
+from grasp_bench.predictors.tabletop import levelled
 
 if TYPE_CHECKING:
     import torch
+
+Level = Literal["camera", "table", "none"]
 
 
 class NetworkPredictor:
@@ -32,7 +35,9 @@ class NetworkPredictor:
         name: a registered network.
         weights: safetensors file; by default the shipped one.
         peaks: greatest number of grasps returned.
-        level: show the network a tilted camera's picture as one from straight above.
+        level: 'camera' shows the network a tilted camera's picture as one from straight above; 'table'
+            takes a fitted surface off the depth in the crop, for depth that no pinhole camera measured such
+            as Cornell's (see :mod:`grasp_bench.predictors.tabletop`); 'none' shows pictures as they are.
 
     Attributes:
         crop_origin: (x, y) of the crop's corner in the last image [px], negative if padded.
@@ -43,7 +48,7 @@ class NetworkPredictor:
     """
 
     def __init__(
-        self, name: str = "htc-grasp", weights: Path | None = None, peaks: int = 10, level: bool = True
+        self, name: str = "htc-grasp", weights: Path | None = None, peaks: int = 10, level: Level = "camera"
     ) -> None:
         import torch
 
@@ -66,7 +71,7 @@ class NetworkPredictor:
         Networks are trained on tables seen from straight above; see :mod:`grasp_bench.predictors.level` for
         what becomes of others.
         """
-        view = level_view(image) if self.level else None
+        view = level_view(image) if self.level == "camera" else None
         if view is None:
             return self._predict(image)
         grasps = view.inside(self._predict(view.image))
@@ -105,6 +110,8 @@ class NetworkPredictor:
     def _output(self, image: RgbdImage) -> torch.Tensor:
         """Return maps (4, H, W), or a detector's rows (N, 6)."""
         rgb, depth, self.crop_origin = centre_crop(image, self.crop)
+        if self.level == "table":
+            depth = levelled(depth, self.crop)
         return self._forward(to_input(rgb, depth, self.kind))
 
     def _forward(self, x: np.ndarray) -> torch.Tensor:

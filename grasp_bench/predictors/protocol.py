@@ -14,10 +14,16 @@ from grasp_bench.camera import CameraPose, Intrinsics, RgbdImage
 from grasp_bench.errors import PredictorError
 from grasp_bench.grasps import Grasp, wrap_angle
 from grasp_bench.objects.catalog import ObjectModel
+from grasp_bench.predictors.guard import Guard
 from grasp_bench.system.arrays import Floats
+from grasp_bench.system.texts import named, shown
 
 MOST_GRASPS = 1000
 """Answers with more grasps than this are refused: each costs the planner time."""
+WIDEST = 100_000
+"""Greatest opening [px]: far beyond any image, and still a number to reckon with."""
+STEEPEST = 1e6
+"""Greatest size of an angle [rad] that is wrapped: of larger ones rounding leaves nothing."""
 
 
 @runtime_checkable
@@ -97,17 +103,13 @@ def ask(
         PredictorError: for an exception in the predictor, an answer that is no list of grasps inside the
             image, or a control that needs the truth where there is none.
     """
-    try:
+    with Guard():
         begin(predictor, rng)
         if truths and isinstance(predictor, PrivilegedPredictor):
             grasps = _in_turn(predictor, image, truths)
         else:
             grasps = predictor.predict(_copied(image))
-    except PredictorError:
-        raise
-    except (Exception, SystemExit) as error:  # anything a foreign predictor may raise
-        raise PredictorError(f"the predictor raised {type(error).__name__}: {str(error)[:1000]}") from error
-    return checked(grasps, image.intrinsics)
+        return checked(grasps, image.intrinsics)
 
 
 def _copied(image: RgbdImage) -> RgbdImage:
@@ -126,37 +128,43 @@ def _in_turn(control: PrivilegedPredictor, image: RgbdImage, truths: Sequence[Gr
 
 
 def checked(grasps: Any, intrinsics: Intrinsics) -> list[Grasp]:
-    """Return the grasps with angles wrapped.
+    """Return the grasps as plain numbers, with angles wrapped.
 
     Raises:
         PredictorError: naming the first grasp that is unusable, and why.
     """
-    if not isinstance(grasps, (list, tuple)):
-        raise PredictorError(f"predict() must return a list of Grasp, got {type(grasps).__name__}")
-    if len(grasps) > MOST_GRASPS:
-        raise PredictorError(f"{len(grasps)} grasps are too many; return the best {MOST_GRASPS} or fewer")
-    sound = []
-    for i, grasp in enumerate(grasps):
-        if not isinstance(grasp, Grasp):
-            raise PredictorError(f"grasp {i} is a {type(grasp).__name__}, not a grasp_bench.Grasp")
+    with Guard("the answer cannot be read: it raised"):
+        if not isinstance(grasps, (list, tuple)):
+            raise PredictorError(f"predict() must return a list of Grasp, got {named(grasps)}")
+        plain = list(list.__iter__(grasps) if isinstance(grasps, list) else tuple.__iter__(grasps))
+        if len(plain) > MOST_GRASPS:
+            raise PredictorError(f"{len(plain)} grasps are too many; return the best {MOST_GRASPS} or fewer")
+        return [_checked(i, grasp, intrinsics) for i, grasp in enumerate(plain)]
+
+
+def _checked(i: int, grasp: Any, intrinsics: Intrinsics) -> Grasp:
+    if not isinstance(grasp, Grasp):
+        raise PredictorError(f"grasp {i} is a {named(grasp)}, not a grasp_bench.Grasp")
+    try:
         fields = (grasp.x, grasp.y, grasp.angle, grasp.width, grasp.quality)
-        try:
-            if any(isinstance(v, (str, bytes)) for v in fields):
-                raise TypeError("text")
-            values = [float(v) for v in fields]
-        except Exception as error:  # arrays and tensors of several values raise what they like
-            raise PredictorError(
-                f"grasp {i} holds something that is not a number: {str(grasp)[:200]}"
-            ) from error
-        x, y, angle, width, quality = values
-        if not all(map(math.isfinite, values)):
-            raise PredictorError(f"grasp {i} holds NaN or infinity: {grasp}")
-        if not (0 <= x <= intrinsics.width and 0 <= y <= intrinsics.height):
-            raise PredictorError(
-                f"grasp {i} at ({x:.1f}, {y:.1f}) px is outside the "
-                f"{intrinsics.width}×{intrinsics.height} image"
-            )
-        if width <= 0:
-            raise PredictorError(f"grasp {i} has a width of {width:.3f} px; it must be positive")
-        sound.append(Grasp(x, y, wrap_angle(angle), width, min(1.0, max(0.0, quality))))
-    return sound
+        if any(isinstance(v, (str, bytes)) for v in fields):
+            raise TypeError("text")
+        values = [float(v) for v in fields]
+    except Exception as error:  # arrays and tensors of several values raise what they like
+        raise PredictorError(
+            f"grasp {i} holds something that is not a number: {shown(grasp, 200)}"
+        ) from error
+    x, y, angle, width, quality = values
+    if not all(map(math.isfinite, values)):
+        raise PredictorError(f"grasp {i} holds NaN or infinity: {shown(grasp, 200)}")
+    if not (0 <= x <= intrinsics.width and 0 <= y <= intrinsics.height):
+        raise PredictorError(
+            f"grasp {i} at ({x:.1f}, {y:.1f}) px is outside the {intrinsics.width}×{intrinsics.height} image"
+        )
+    if not 0 < width <= WIDEST:
+        raise PredictorError(
+            f"grasp {i} has a width of {width:.3f} px; it must be positive, and at most {WIDEST:,} px"
+        )
+    if abs(angle) > STEEPEST:
+        raise PredictorError(f"grasp {i} has an angle of {angle:.6g}; it must be in radians")
+    return Grasp(x, y, wrap_angle(angle), width, min(1.0, max(0.0, quality)))

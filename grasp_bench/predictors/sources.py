@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from grasp_bench.errors import PredictorError, UnknownNameError
+from grasp_bench.predictors.guard import Guard
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.system.integrity import sha256
 
@@ -24,12 +25,10 @@ def make(path: str, name: str) -> Predictor:
         PredictorError: for a module that cannot be imported, or what makes no predictor.
     """
     maker = resolve(path)
-    try:
+    with Guard(f"{name} could not be made:"):
         predictor = maker() if isinstance(maker, type) or not hasattr(maker, "predict") else maker
-    except (Exception, SystemExit) as error:
-        raise PredictorError(f"{name} could not be made: {type(error).__name__}: {error}") from error
-    if not callable(getattr(predictor, "predict", None)):
-        raise PredictorError(f"{name} has no method predict(image: RgbdImage) -> list[Grasp]")
+        if not callable(getattr(predictor, "predict", None)):
+            raise PredictorError(f"{name} has no method predict(image: RgbdImage) -> list[Grasp]")
     return predictor
 
 
@@ -43,17 +42,12 @@ def resolve(path: str) -> Any:
     folder = str(Path.cwd())
     if folder not in sys.path:
         sys.path.append(folder)
-    try:
+    with Guard(f"The module {module_name!r} of predictor {path!r} cannot be imported:"):
         module = importlib.import_module(module_name)
-    except (Exception, SystemExit) as error:  # whatever a foreign module raises while it is imported
-        raise PredictorError(
-            f"The module {module_name!r} of predictor {path!r} cannot be imported: "
-            f"{type(error).__name__}: {error}"
-        ) from error
-    if not hasattr(module, attribute):
-        names = [n for n in dir(module) if not n.startswith("_")]
-        raise PredictorError(str(UnknownNameError(f"name in module {module_name!r}:", attribute, names)))
-    return getattr(module, attribute)
+        if not hasattr(module, attribute):
+            names = [n for n in dir(module) if not n.startswith("_")]
+            raise PredictorError(str(UnknownNameError(f"name in module {module_name!r}:", attribute, names)))
+        return getattr(module, attribute)
 
 
 def sources(module_name: str) -> dict[str, str]:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
+from grasp_bench.errors import PredictorError
+from grasp_bench.predictors.guard import Guard
 from grasp_bench.predictors.names import load_predictor
 from grasp_bench.predictors.protocol import Predictor
 
@@ -23,6 +25,7 @@ def in_use(predictor: str | Predictor) -> Iterator[Predictor]:
     try:
         yield loaded
     finally:
-        close = getattr(loaded, "close", None)
-        if callable(close):
-            close()
+        with suppress(PredictorError), Guard():  # it is not needed any more, whatever it says
+            close = getattr(loaded, "close", None)
+            if callable(close):
+                close()

@@ -86,11 +86,25 @@ def summary(result: Evaluation) -> list[str]:
     latency, machine = result.latency_ms, result.machine
     lines += [
         f"Best grasps: {verdicts}.",
+        *failures(result),
         f"Latency, image to grasps, one thread of {machine.processor}, float32: "
         f"{latency.cpu_median} ms of processor time; on the clock median {latency.median}, "
         f"95th percentile {latency.p95} ms at a load of {machine.load:.1f}.",
     ]
     return lines
+
+
+def failures(result: Evaluation) -> list[str]:
+    """Name the images on which the predictor failed: the first with its error, and how many more."""
+    failed = [r for r in result.records if r.verdict == "error"]
+    if not failed:
+        return []
+    first, count = failed[0], len(failed)
+    more = f", and {count - 1} more" if count > 1 else ""
+    return [
+        f"The predictor failed on {count} of {result.images} images, which count as wrong: "
+        f"{first.image} ({first.error}){more}. --format json lists all."
+    ]
 
 
 # ---------------------------------------------------------------- Table 3

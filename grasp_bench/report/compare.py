@@ -1,77 +1,96 @@
-"""Runs compared on the trials that they have in common."""
+"""Runs compared with one of them, on the trials that they have in common."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from itertools import combinations
+from dataclasses import dataclass
 from typing import Any
 
+from grasp_bench.runs.comparison import Comparison, Scene, scenes
+from grasp_bench.runs.record import TrialRecord
 from grasp_bench.runs.results import RunResults
-from grasp_bench.runs.statistics import holm, mcnemar
+from grasp_bench.runs.statistics import holm
+
+REFERENCE = "htc-grasp"
+"""Predictor that others are compared with unless another is chosen."""
+
+Identity = tuple[str, Scene, str]
+"""What makes trials of two runs the same: conditions, scene, and the object's files."""
 
 
 @dataclass(frozen=True)
-class Pair:
-    """Two runs on the same trials.
+class Versus:
+    """A run compared with the reference.
 
     Attributes:
-        first, second: positions of the runs in their list.
-        both, first_only, second_only, neither: number of trials in which they succeeded.
-        p_value: p-value of McNemar's exact two-sided test.
-        adjusted: the same after Holm's correction for the number of pairs compared.
-        discordant: numbers of the trials in which exactly one succeeded.
+        run: position of the run in the list.
+        pairs: the reference (first) and the run (second) on their common trials.
+        adjusted: p-value after Holm's correction over the predictors that were compared with the reference;
+            None for a repetition: a run of the reference's own predictor, or a predictor's run beside another
+            of its runs that has more trials in common.
     """
 
-    first: int
-    second: int
-    both: int
-    first_only: int
-    second_only: int
-    neither: int
-    p_value: float
-    adjusted: float
-    discordant: tuple[int, ...]
-
-    @property
-    def trials(self) -> int:
-        """Number of trials in common."""
-        return self.both + self.first_only + self.second_only + self.neither
+    run: int
+    pairs: Comparison
+    adjusted: float | None
 
 
-def same_conditions(first: RunResults, second: RunResults) -> bool:
-    """Return whether equal trial numbers mean the same scene: scenario, seed and renderer agree."""
+class SharedTrials:
+    """Which trials of several runs are the same: same scenario, renderer, seed, object, files and attempt.
 
-    def conditions(run: RunResults) -> list[Any]:
-        scenario = {k: v for k, v in run.info.scenario.items() if k != "description"}
-        return [scenario, run.info.seed, run.info.renderer]
-
-    return conditions(first) == conditions(second)
-
-
-def compare_all(runs: Sequence[RunResults]) -> list[Pair]:
-    """Compare all runs that share trials: same number, object and object files under the same conditions.
-
-    Runs that are not finished are compared on what they have so far.
+    Numbers of trials do not matter, nor other trials beside. Runs that are not finished are compared on what
+    they have so far.
     """
-    results = [_results(r) for r in runs]
-    pairs = []
-    for i, j in combinations(range(len(runs)), 2):
-        if not same_conditions(runs[i], runs[j]):
-            continue
-        common = sorted(results[i].keys() & results[j].keys())
-        if not common:
-            continue
-        ends = [(results[i][key], results[j][key]) for key in common]
-        only, other = ends.count((True, False)), ends.count((False, True))
-        both, neither = ends.count((True, True)), ends.count((False, False))
-        discordant = tuple(key[0] for key, (a, b) in zip(common, ends, strict=True) if a != b)
-        pairs.append(Pair(i, j, both, only, other, neither, mcnemar(only, other), 1.0, discordant))
-    adjusted = holm([p.p_value for p in pairs])
-    return [replace(p, adjusted=a) for p, a in zip(pairs, adjusted, strict=True)]
+
+    def __init__(self, runs: Sequence[RunResults]) -> None:
+        self._runs = runs
+        self._trials = [_identified(run) for run in runs]
+        self._numbers: dict[Identity, int] = {}
+        for trials in self._trials:
+            for identity in trials:
+                self._numbers.setdefault(identity, len(self._numbers))
+
+    def numbers(self, run: int) -> dict[int, int]:
+        """Return a number for each trial of a run, which equal trials of all runs share."""
+        return {record.trial: self._numbers[key] for key, record in self._trials[run].items()}
+
+    def against(self, reference: int) -> list[Versus]:
+        """Compare all runs that have trials in common with the run at position ``reference``."""
+        mine, name = self._trials[reference], self._runs[reference].predictor
+        compared: list[tuple[int, Comparison]] = []
+        for i, (run, theirs) in enumerate(zip(self._runs, self._trials, strict=True)):
+            pairs = [(record, theirs[key]) for key, record in mine.items() if key in theirs]
+            if pairs and i != reference:
+                compared.append((i, Comparison.counted(name, run.predictor, pairs)))
+        counted: dict[str, tuple[int, float]] = {}
+        for i, pairs in sorted(compared, key=lambda c: -c[1].trials):
+            counted.setdefault(_made(self._runs[i]), (i, pairs.p_value))
+        counted.pop(_made(self._runs[reference]), None)
+        corrected = holm([p for _, p in counted.values()])
+        adjusted = {i: p for (i, _), p in zip(counted.values(), corrected, strict=True)}
+        return [Versus(i, pairs, adjusted.get(i)) for i, pairs in compared]
 
 
-def _results(run: RunResults) -> dict[tuple[int, str, str], bool]:
-    """Return success by trial number, object and the object's files."""
-    files = {name: str(sorted((found or {}).items())) for name, found in run.info.objects.items()}
-    return {(r.trial, r.object, files.get(r.object, "[]")): r.success for r in run.records}
+def _identified(run: RunResults) -> dict[Identity, TrialRecord]:
+    """Return a run's records by what makes their trials the same as another run's."""
+    info = run.info
+    scenario = dict(info.comparable().scenario)
+    if not info.cluttered and isinstance(chosen := scenario.get("objects"), dict):
+        scenario["objects"] = {k: v for k, v in chosen.items() if k != "names"}  # which were chosen, not how
+    conditions = _dumped([scenario, info.renderer])
+    files = {name: _dumped(found or {}) for name, found in info.objects.items()}
+    all_files = _dumped(info.objects) if info.cluttered else None
+    return {
+        (conditions, scene, all_files or files.get(scene.object, "{}")): record
+        for scene, record in scenes(run).items()
+    }
+
+
+def _made(run: RunResults) -> str:
+    """Return what identifies the predictor of a run."""
+    return _dumped([run.predictor, run.info.weights, run.info.implementation])
+
+
+def _dumped(content: Any) -> str:
+    return json.dumps(content, sort_keys=True)

@@ -19,7 +19,7 @@ from typing import Any
 
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.runs.differences import listed
-from grasp_bench.runs.info import Group, RunInfo
+from grasp_bench.runs.info import Group
 from grasp_bench.runs.record import TrialRecord
 from grasp_bench.runs.results import RunResults
 from grasp_bench.runs.statistics import (
@@ -136,7 +136,7 @@ def check(
     if not 0 < alpha < 0.5:
         raise GraspBenchError(f"--alpha must be between 0 and 0.5, e.g. 0.05, not {alpha:g}.")
     old, now = RunResults(baseline), RunResults(new)
-    _check_same_trials(old, now)
+    check_same_trials(old, now)
     both = list(zip(old.records, now.records, strict=True))
     lost = sum(b.success and not a.success for b, a in both)
     gained = sum(a.success and not b.success for b, a in both)
@@ -176,13 +176,11 @@ def check(
         visible=visible_drop(n, rate, share, alpha),
         visible_unrelated=visible_drop(n, rate, None, alpha),
         needed=trials_to_exclude(margin, lost / n, share, alpha),
-        notes=tuple(
-            _notes(old.info, now.info, p_worse <= alpha and verdict is Verdict.NO_REGRESSION, faults)
-        ),
+        notes=tuple(notes_on(old, now, p_worse <= alpha and verdict is Verdict.NO_REGRESSION)),
     )
 
 
-def _check_same_trials(baseline: RunResults, new: RunResults) -> None:
+def check_same_trials(baseline: RunResults, new: RunResults) -> None:
     """Raise NotComparableError unless two runs are whole and of the same trials."""
     other = f"{new.folder} and {baseline.folder} are not of the same trials"
     if found := baseline.info.comparable().differences(new.info.comparable(), Group.TRIALS, places=PLACES):
@@ -213,9 +211,10 @@ def _why(before: TrialRecord, after: TrialRecord, exact: bool) -> str:
     return f"{', '.join(keys)} differ{'s' if len(keys) == 1 else ''}"
 
 
-def _notes(old: RunInfo, new: RunInfo, small: bool, faults: tuple[int, int]) -> list[str]:
-    notes = []
-    if found := old.differences(new, Group.MAKING, Group.ORIGIN, places=PLACES):
+def notes_on(old: RunResults, new: RunResults, small: bool) -> list[str]:
+    """Return what is worth knowing of two runs; ``small``: a drop is proven that is no matter."""
+    notes, faults = [], (old.faults, new.faults)
+    if found := old.info.differences(new.info, Group.MAKING, Group.ORIGIN, places=PLACES):
         notes.append(f"Not the same in both: {listed(found).rsplit(' differ', 1)[0]}.")
     if faults[1] > faults[0]:
         notes.append(

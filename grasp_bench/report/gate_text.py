@@ -5,16 +5,20 @@ from __future__ import annotations
 import re
 from xml.etree import ElementTree as Xml
 
+from grasp_bench.report.firmness_gate import CheckedFirmness
 from grasp_bench.report.gate import Checked, Verdict
 from grasp_bench.report.tables import TextTable, escaped, markdown
 from grasp_bench.runs.statistics import Rate
 
+Either = Checked | CheckedFirmness
 SHOWN = 12
 """Changed trials that are listed."""
 
 
-def meaning(checked: Checked) -> str:
+def meaning(checked: Either) -> str:
     """Say in a sentence what the verdict means."""
+    if isinstance(checked, CheckedFirmness):
+        return checked.meaning
     margin, low = checked.margin, checked.interval[0]
     if checked.verdict is Verdict.NO_REGRESSION:
         return f"A drop of {margin:.1%} or more is excluded (p = {checked.p_margin:.2g} ≤ {checked.alpha:g})."
@@ -34,8 +38,10 @@ def meaning(checked: Checked) -> str:
     )
 
 
-def rows(checked: Checked) -> list[tuple[str, str]]:
+def rows(checked: Either) -> list[tuple[str, str]]:
     """Return the figures: what, and how much."""
+    if isinstance(checked, CheckedFirmness):
+        return checked.figures
     n, (low, high) = checked.pairs.trials, checked.interval
     before, after = checked.successes
     return [
@@ -68,7 +74,7 @@ def power(checked: Checked) -> str:
     return f"{seen}; one of {checked.margin:.1%} in {100 * checked.power:.0f}"
 
 
-def as_text(checked: Checked) -> str:
+def as_text(checked: Either) -> str:
     """Return text for the terminal."""
     lines = [f"{checked.verdict.upper()}: {meaning(checked)}", ""]
     lines += [f"  {name:<18} {value}" for name, value in rows(checked)]
@@ -84,7 +90,7 @@ def as_text(checked: Checked) -> str:
     return "\n".join(lines) + "\n"
 
 
-def as_markdown(checked: Checked) -> str:
+def as_markdown(checked: Either) -> str:
     """Return Markdown for a pull request's summary page."""
     mark = {True: "❌", False: "⚠️" if checked.verdict is Verdict.INCONCLUSIVE else "✅"}[checked.failed]
     title, more = f"{mark} grasp-bench: {checked.verdict}", len(checked.changed) - SHOWN
@@ -103,7 +109,7 @@ def as_markdown(checked: Checked) -> str:
     return markdown(tables) + ("\n" + "".join(notes) if notes else "")
 
 
-def as_junit(checked: Checked) -> bytes:
+def as_junit(checked: Either) -> bytes:
     """Return JUnit XML: one suite with the verdict, and a skipped test where it is inconclusive."""
     suite = Xml.Element(
         "testsuite",

@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from grasp_bench.errors import ResultsError, ScenarioError
@@ -23,6 +22,9 @@ from grasp_bench.runs.record import TrialRecord
 from grasp_bench.runs.results import RunResults
 from grasp_bench.runs.statistics import Rate
 from grasp_bench.scenario.reading import load_scenario
+from grasp_bench.system.files import read_text
+from grasp_bench.system.texts import legible_all
+from grasp_bench.system.yaml_text import read_yaml
 
 ABOUT = "about.yaml"
 SCENARIO = "table4"
@@ -90,13 +92,15 @@ def read_about(folder: Path, run: RunInfo) -> About:
         trained = "nothing" if shipped.weights is None else f"see {shipped.weights.card}"
         return About(name=run.predictor, authors="grasp-bench", trained_on=trained)
     try:
-        return About.model_validate(yaml.safe_load(path.read_text(encoding="utf-8")))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ResultsError(f"{path} is not valid YAML: {error}") from error
+        return About.model_validate(legible_all(read_yaml(read_text(path))))
+    except OSError as error:
+        raise ResultsError(f"{path} cannot be read ({error.strerror})") from error
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"])) or "the file"
         raise ResultsError(f"{path}: {where}: {first['msg']}") from error
+    except ValueError as error:
+        raise ResultsError(f"{path} is not valid YAML: {error}") from error
 
 
 def check(folder: Path) -> list[Check]:

@@ -10,7 +10,8 @@ from typing import Any
 from grasp_bench.report.summary import Summary
 from grasp_bench.report.table4 import Report
 from grasp_bench.report.tables import markdown
-from grasp_bench.runs.results import Comparison, RunResults
+from grasp_bench.runs.comparison import Comparison
+from grasp_bench.runs.results import RunResults
 
 
 class Run(RunResults):

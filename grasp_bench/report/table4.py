@@ -8,6 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from grasp_bench.report.clutter import attempts_in_words, in_words
+from grasp_bench.report.firmness import FirmnessPair, compare_firmness, firmness_table, pairs_table
+from grasp_bench.report.groups import Group, beside_the_paper, grouped, is_control
+from grasp_bench.report.help import Merit, merit_table, merits
 from grasp_bench.report.paper import TABLE_4
 from grasp_bench.report.summary import Summary, worst_objects
 from grasp_bench.report.tables import RATE_HEAD, TextTable, rate_cells
@@ -33,6 +36,7 @@ class Row:
         lifted: successes among trials.
         printed_rate: rate printed in the paper [%]; None for a run of ours.
         run: name of the run; None for a row of the paper.
+        control: whether it is a control.
     """
 
     authors: str
@@ -40,6 +44,12 @@ class Row:
     lifted: Rate
     printed_rate: float | None = None
     run: str | None = None
+    control: bool = False
+
+    @property
+    def name(self) -> str:
+        """The system's name as tables show it."""
+        return f"{self.system} (control)" if self.control else self.system
 
     @property
     def source(self) -> str:
@@ -65,22 +75,28 @@ PAPER = tuple(
 
 @dataclass(frozen=True)
 class Report:
-    """Figures of several runs."""
+    """Figures of several runs, and of each predictor with and without the planner's help."""
 
     runs: tuple[Summary, ...]
+    merits: tuple[Merit, ...] = ()
+    pairs: tuple[FirmnessPair, ...] = ()
 
     @classmethod
     def of(cls, runs: Iterable[RunResults], root: Path | None = None) -> Report:
         """Return the report of all runs that hold a trial, named by their paths below ``root``."""
-        return cls(tuple(Summary.of(run, root) for run in runs if len(run)))
+        begun = [run for run in runs if len(run)]
+        summaries = tuple(Summary.of(run, root) for run in begun)
+        return cls(summaries, tuple(merits(begun)), tuple(compare_firmness(begun)))
 
     @property
     def rows(self) -> list[Row]:
-        """Table 4: the paper's rows, and one for each run on single objects."""
-        own = [
-            Row("grasp-bench", r.info.predictor, r.lifted, run=r.run) for r in self.runs if r.clutter is None
-        ]
-        return [*PAPER, *own]
+        """Table 4: the paper's rows, and one for each run of the scenario that stands beside them."""
+        return [*PAPER, *(row_of(r) for r in self.runs if beside_the_paper(r.info))]
+
+    @property
+    def groups(self) -> list[Group]:
+        """The runs grouped by what they tried."""
+        return grouped(self.runs)
 
     def to_json(self) -> dict[str, Any]:
         """Return plain data."""
@@ -88,16 +104,45 @@ class Report:
             "note": NOTE,
             "runs": [run.to_json() for run in self.runs],
             "table4": [row.to_json() for row in self.rows],
+            "merit": [merit.to_json() for merit in self.merits],
+            "firmer": [pair.to_json() for pair in self.pairs],
+            "groups": [{"title": g.title, "runs": [self.runs[i].run for i in g.runs]} for g in self.groups],
         }
 
     def tables(self) -> list[TextTable]:
-        """Return Table 4, and how the trials of each run ended."""
-        rows = self.rows
-        earlier = {r.run: f", definition {r.info.definition}" for r in self.runs if r.info.outdated}
-        sources = [
-            "paper, real robot" if row.run is None else row.run + earlier.get(row.run, "") for row in rows
-        ]
-        return [table_4(rows, {"Source": sources}), *map(_endings, self.runs)]
+        """Return a table for each group of runs, one with the paper's rows, and how all runs ended."""
+        groups = self.groups
+        titled = next((g for g in groups if g.of_the_paper), None)
+        order = [self.runs[i] for g in groups for i in g.runs]
+        merit = [merit_table(self.merits)] if self.merits else []
+        told = [(r.run, r.firmness) for r in self.runs if r.firmness is not None]
+        firm = [firmness_table(told)] if told else []
+        firm += [pairs_table([r.run for r in self.runs], self.pairs)] if self.pairs else []
+        return [*(self._table(g, g is titled) for g in groups), *merit, *firm, *map(endings, order)]
+
+    def _table(self, group: Group, titled: bool) -> TextTable:
+        runs = [self.runs[i] for i in group.runs]
+        rows, sources = [row_of(r) for r in runs], [_source(r, group) for r in runs]
+        if group.pooled:
+            rows.append(Row("grasp-bench", f"{runs[0].info.predictor}, together", group.pooled, run=""))
+            sources.append("")
+        if not titled:
+            return table_4(rows, {"Source": sources}, group.title, "")
+        sources = ["paper, real robot"] * len(PAPER) + sources
+        return table_4([*PAPER, *rows], {"Source": sources}, f"{TITLE}: {group.title}")
+
+
+def row_of(run: Summary) -> Row:
+    """Return the row of a run."""
+    predictor = run.info.predictor
+    return Row("grasp-bench", predictor, run.lifted, run=run.run, control=is_control(predictor))
+
+
+def _source(run: Summary, group: Group) -> str:
+    """Return where a row comes from, with what its group's title does not say."""
+    if group.alike:
+        return run.run
+    return f"{run.run}: {run.info.scenario_label}, seed {run.info.seed}"
 
 
 def build_report(folders: Iterable[Path], root: Path | None = None) -> Report:
@@ -124,7 +169,7 @@ def table_4(
     cells = [
         [
             row.authors,
-            row.system,
+            row.name,
             *rate_cells(row.lifted),
             "" if row.printed_rate is None else f"{row.printed_rate:.1f} %",
             *(column[i] for column in more.values()),
@@ -141,7 +186,7 @@ def table_4(
     )
 
 
-def _endings(run: Summary) -> TextTable:
+def endings(run: Summary) -> TextTable:
     """Return how the trials of a run ended."""
     partial = f", {run.missing} to go" if run.missing else ""
     info, trials = run.info, run.lifted.trials

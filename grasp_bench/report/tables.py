@@ -24,11 +24,13 @@ class TextTable:
     """A table to print.
 
     Attributes:
-        title, head, rows: parts of the table; all cells are text, or :class:`Markdown`.
+        title, head, rows: parts of the table; all cells are text, or :class:`Markdown`. Without a head, there
+            is a title and a lead only.
         lead, note: paragraphs before and after it.
         footnotes: what the marks ¹, ², … in it stand for.
         numbers: columns set flush right.
         paper: rows that are quoted and not measured.
+        marked: rows that stand out.
         level: level of the title among a page's headings.
     """
 
@@ -40,6 +42,7 @@ class TextTable:
     footnotes: Sequence[str] = ()
     numbers: Sequence[int] = ()
     paper: frozenset[int] = frozenset()
+    marked: frozenset[int] = frozenset()
     level: int = 2
 
 
@@ -91,6 +94,8 @@ def _blocks(table: TextTable) -> Iterable[str]:
         yield f"{'#' * table.level} {escaped(table.title)}"
     if table.lead:
         yield escaped(table.lead)
+    if not table.head:
+        return
     rule = ["---:" if i in table.numbers else "---" for i in range(len(table.head))]
     yield "\n".join([line(table.head), line(rule), *(line(map(escaped, row)) for row in table.rows)])
     if table.note:
@@ -119,11 +124,16 @@ def show(tables: Iterable[TextTable], console: Console) -> None:
         for i, row in enumerate(t.rows):
             table.add_row(
                 *map(Text, row),
-                style="dim" if i in t.paper else "",
+                style="dim" if i in t.paper else "bold" if i in t.marked else "",
                 end_section=i in t.paper and i + 1 not in t.paper,
             )
-        for words in filter(None, (Text(t.title, style="bold"), Text(t.lead))):
-            console.print(words)
+        if t.title:
+            console.print(Text(t.title, style="bold"))
+        if not t.head:  # lines that may hold commands: for the terminal to wrap, and a blank line after them
+            console.print(Text(f"{t.lead}\n" if t.lead else ""), soft_wrap=True)
+            continue
+        if t.lead:
+            console.print(Text(t.lead))
         console.print(table)
         below = [t.note, *(f"{_mark(i)} {note}" for i, note in enumerate(t.footnotes, 1))]
         if words := "\n".join(filter(None, below)):

@@ -16,13 +16,15 @@ from pydantic import (
 )
 
 from grasp_bench.errors import ResultsError
+from grasp_bench.runs.schema import strict_json
+from grasp_bench.system.files import read_text
 from grasp_bench.system.integrity import write_whole
 
 Split = Literal["image", "object"]
 Protocol = Literal["strict", "legacy"]
 DatasetName = Literal["cornell", "jacquard"]
 AnyDataset = Literal[DatasetName, "synthetic"]
-Verdict = Literal["correct", "wrong_angle", "elsewhere", "none"]
+Verdict = Literal["correct", "wrong_angle", "elsewhere", "none", "error"]
 
 
 class _Part(BaseModel):
@@ -128,7 +130,7 @@ class Machine(_Part):
     python: str
 
 
-class Record(_Part):
+class Record(_Said):
     """One image.
 
     Attributes:
@@ -138,6 +140,9 @@ class Record(_Part):
         iou: largest overlap with a label of similar angle.
         milliseconds, cpu_milliseconds: from image to grasps, on the clock and on the processor.
         labels, dropped: rectangles that count, and those left out for NaN or no area.
+        grasp: x, y [px], angle [rad] and width [px] of the best grasp, in pixels of what was shown; None for
+            none, and in older files.
+        error: what the predictor raised, or what was wrong with its answer; None where all was well.
     """
 
     fold: int
@@ -149,6 +154,8 @@ class Record(_Part):
     cpu_milliseconds: float
     labels: int
     dropped: int
+    grasp: tuple[float, float, float, float] | None = None
+    error: str | None = None
 
 
 class Evaluation(_Part):
@@ -208,7 +215,7 @@ class Evaluation(_Part):
     def read(cls, path: Path) -> Self:
         """Read a file; raise ResultsError naming one that is no such result."""
         try:
-            found = json.loads(path.read_text(encoding="utf-8"))
+            found = strict_json(read_text(path))
             if found["kind"] != "evaluation" or found["format"] != 1:
                 raise ValueError(f"kind {found['kind']!r}, format {found['format']!r}")
             return cls.model_validate(found)

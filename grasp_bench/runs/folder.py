@@ -22,6 +22,8 @@ from grasp_bench.runs.differences import listed
 from grasp_bench.runs.info import RESUMABLE, RUN, RunInfo
 from grasp_bench.runs.lines import read_lines, scan
 from grasp_bench.runs.record import Timings, TrialRecord
+from grasp_bench.runs.schema import strict_json
+from grasp_bench.system.files import read_text
 from grasp_bench.system.integrity import replacing, sync_folder, write_whole
 
 TRIALS, TIMINGS = "trials.jsonl", "timings.jsonl"
@@ -91,6 +93,9 @@ class RunFolder:
             )
         else:
             write_run(path, run)
+        for name in (TRIALS, TIMINGS):
+            if (self.path / name).is_symlink():
+                raise ResultsError(f"{self.path / name} is a link; put its file there to go on with the run.")
         done: set[int] = set()
         sound = 0
         for line in scan(self.path / TRIALS):
@@ -126,7 +131,9 @@ class RunFolder:
             try:
                 if name not in self._files:
                     is_new = not path.exists()
-                    self._files[name] = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
+                    self._files[name] = os.open(
+                        path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW, 0o666
+                    )
                     if is_new:
                         sync_folder(self.path)
                 _append_whole(self._files[name], (line.line() + "\n").encode())
@@ -220,12 +227,12 @@ def load_run(folder: Path) -> RunInfo:
     """
     path = folder / RUN
     try:
-        return RunInfo.read(json.loads(path.read_text(encoding="utf-8")))
+        return RunInfo.read(strict_json(read_text(path)))
     except FileNotFoundError as error:
         raise ResultsError(f"{folder} holds no {RUN}; name a folder written by `grasp-bench run`.") from error
     except OSError as error:
         raise ResultsError(f"{path} cannot be read ({error.strerror}).") from error
-    except (ValueError, RecursionError) as error:
+    except ValueError as error:
         raise ResultsError(
             f"{path} is damaged ({error}); restore it or run again into a new folder."
         ) from error

@@ -12,6 +12,7 @@ from typing import Generic, NamedTuple, TypeVar
 
 from grasp_bench.errors import ResultsError
 from grasp_bench.runs.record import Timings, TrialRecord
+from grasp_bench.runs.schema import strict_json
 
 LONGEST_LINE = 1 << 20
 """No line of a results file is longer than this [bytes]; what is longer was not written by grasp-bench."""
@@ -32,14 +33,7 @@ def parse(line: bytes, kind: type[Kind]) -> Kind:
     """Return the record in a line; ValueError for what is not one whole line with a sound record."""
     if not line.endswith(b"\n"):
         raise ValueError("no newline at its end" if len(line) <= LONGEST_LINE else "longer than 1 MiB")
-    try:
-        return kind.read(json.loads(line.decode(), parse_constant=_no_constant))
-    except RecursionError as error:
-        raise ValueError("nested too deeply") from error
-
-
-def _no_constant(name: str) -> float:
-    raise ValueError(f"{name} is no number")
+    return kind.read(strict_json(line.decode()))
 
 
 def scan(path: Path, kind: type[Kind] = TrialRecord, *, unique: bool = True) -> Iterator[Line[Kind]]:

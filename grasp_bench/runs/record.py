@@ -6,15 +6,23 @@ docs/results-format.md says what the fields mean. Numbers are rounded, far below
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
-from pydantic import Field, PlainSerializer, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import (
+    BeforeValidator,
+    Field,
+    PlainSerializer,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
 from pydantic_core import CoreSchema, core_schema
 
 from grasp_bench.grasps import Grasp, GraspPose
-from grasp_bench.runs.schema import Count, Number, Stored, Text, shown
+from grasp_bench.runs.schema import Count, Number, Stored, Text
 from grasp_bench.scenario.outcomes import Outcome
+from grasp_bench.system.texts import LONGEST, legible, shown
 
 
 class TcpError(NamedTuple):
@@ -43,10 +51,16 @@ class _Part:
             return value
         if not isinstance(value, dict):
             raise ValueError("not an object")
-        arrays = {k: np.asarray(value[k], dtype=float) for k in self.digits if k in value}
+        try:
+            arrays = {k: np.asarray(value[k], dtype=float) for k in self.digits if k in value}
+        except (TypeError, OverflowError) as error:
+            raise ValueError("not numbers") from error
         if any(not np.isfinite(a).all() or a.shape != self.shapes.get(k, ()) for k, a in arrays.items()):
             raise ValueError("not finite numbers of the right shape")
-        return self.kind(**{k: a if k in self.shapes else float(a) for k, a in arrays.items()})
+        try:
+            return self.kind(**{k: a if k in self.shapes else float(a) for k, a in arrays.items()})
+        except TypeError as error:
+            raise ValueError("a number is missing") from error
 
     def written(self, part: Any) -> dict[str, Any] | None:
         if part is None:
@@ -66,12 +80,38 @@ def _digits(count: int) -> PlainSerializer:
     return PlainSerializer(lambda value: round(value, count))
 
 
+_MILLIMETRES = PlainSerializer(lambda value: value if value is None else round(value, 2) + 0.0)
+
 _GRASP = _Part(Grasp, {"x": 3, "y": 3, "angle": 6, "width": 3, "quality": 5})
 _POSE = _Part(GraspPose, {"position": 6, "rotation": 6, "opening": 6}, {"position": (3,), "rotation": (3, 3)})
 _ERROR = _Part(TcpError, {"position": 6, "angle": 6})
 NESTED = {"grasp": tuple(_GRASP.digits), "pose": tuple(_POSE.digits), "tcp_error": tuple(_ERROR.digits)}
 """Fields that are objects in the file, and the keys of each."""
 PART = "an object or null"
+
+
+def _cut(text: Any) -> Any:
+    return legible(text, LONGEST) if isinstance(text, str) else text
+
+
+Detail = Annotated[Text, BeforeValidator(_cut)]
+
+
+class MarginRecord(Stored):
+    """How firmly an object was held at the end; all 0 for a failure.
+
+    Attributes:
+        force: least force that broke the grip [N].
+        factor: the same as a multiple of the object's weight, which the grip bears besides.
+        direction: in which direction of the gripper that was: ``+jaws``, ``-jaws``, ``+across``, ``-across``,
+            ``+approach`` or ``-approach``; empty for a failure.
+        torque: least torque about the jaw axis that broke the grip [N m].
+    """
+
+    force: Annotated[Number, Field(ge=0), _digits(3)] = 0.0
+    factor: Annotated[Number, Field(ge=0), _digits(4)] = 0.0
+    direction: Text = ""
+    torque: Annotated[Number, Field(ge=0), _digits(5)] = 0.0
 
 
 class Attempted(Stored):
@@ -83,25 +123,33 @@ class Attempted(Stored):
         grasp: the grasp carried out [px of the full image].
         pose: pose of the TCP at the grasp, in the world [m].
         rank: position of the grasp among the predictor's, from 0.
+        widening_mm: how much wider than predicted the jaws opened; None where nothing was planned.
+        shortfall_mm: how far above their wanted depth the tips were kept; None where nothing was planned.
         tcp_error: see :class:`TcpError`.
         lift_height: height of the object above its place, after lifting [m].
         contact_force: mean normal force of the two fingers at the end [N].
-        sim_steps: physics steps taken.
+        sim_steps: physics steps taken, without those of the margin.
+        margin: how firmly it was held; None where the scenario does not measure it.
     """
 
     leading = ("trial", "attempt", "object", "category", "seed", "outcome", "success")
+    optional: ClassVar[tuple[str, ...]] = ("widening_mm", "shortfall_mm", "margin")
+    """Keys that are not written where there is nothing to say, nor were before there were such keys."""
 
     object: Text
     category: Text
     outcome: Annotated[Outcome, Field(description=f"one of {', '.join(map(str, Outcome))}")]
-    detail: Text = ""
+    detail: Detail = ""
     grasp: Annotated[Grasp | None, _GRASP, Field(description=PART)] = None
     pose: Annotated[GraspPose | None, _POSE, Field(description=PART)] = None
     rank: Annotated[Count | None, Field(description="a whole number from 0 or null")] = None
+    widening_mm: Annotated[Number | None, _MILLIMETRES, Field(description="a number or null")] = None
+    shortfall_mm: Annotated[Number | None, _MILLIMETRES, Field(description="a number or null")] = None
     tcp_error: Annotated[TcpError | None, _ERROR, Field(description=PART)] = None
     lift_height: Annotated[Number, _digits(5)] = 0.0
     contact_force: Annotated[Number, _digits(3)] = 0.0
     sim_steps: Count = 0
+    margin: Annotated[MarginRecord | None, Field(description=PART)] = None
 
     @property
     def success(self) -> bool:
@@ -126,6 +174,7 @@ class Attempted(Stored):
     @model_serializer(mode="wrap")
     def _in_order(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         content = handler(self) | {"success": self.success}
+        content = {k: v for k, v in content.items() if k not in self.optional or v is not None}
         return {k: content[k] for k in [*(k for k in self.leading if k in content), *content]}
 
 

@@ -1,12 +1,10 @@
-"""The results of a run as a Python object, and two runs compared."""
+"""The results of a run as a Python object."""
 
 from __future__ import annotations
 
 import os
 from collections import Counter
-from dataclasses import dataclass
 from functools import cached_property
-from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +12,7 @@ from grasp_bench.errors import ResultsError
 from grasp_bench.runs.folder import load_records, load_run, load_timings
 from grasp_bench.runs.info import RunInfo
 from grasp_bench.runs.record import NESTED, TrialRecord
-from grasp_bench.runs.statistics import Rate, mcnemar
+from grasp_bench.runs.statistics import Rate
 from grasp_bench.scenario.outcomes import HARNESS_FAULTS
 
 if TYPE_CHECKING:
@@ -126,72 +124,3 @@ class RunResults:
         """Raise ResultsError when there is no trial yet."""
         if not len(self):
             raise ResultsError(f"{self.folder} holds no finished trial yet; run the same command again.")
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """Two runs on the same trials, counted pairwise.
-
-    Attributes:
-        first, second: names of the predictors.
-        both, first_only, second_only, neither: number of trials in which they succeeded.
-        p_value: McNemar's exact two-sided p-value: how often two equally good predictors would
-            differ this much on these trials.
-        differing: names of the objects on which exactly one succeeded, in trial order.
-    """
-
-    first: str
-    second: str
-    both: int
-    first_only: int
-    second_only: int
-    neither: int
-    p_value: float
-    differing: tuple[str, ...]
-
-    @classmethod
-    def of(cls, first: RunResults, second: RunResults) -> Comparison:
-        """Compare two runs whose trials have the same numbers, objects and seeds.
-
-        Raises:
-            ResultsError: when they do not, naming the first trial that differs.
-        """
-        for run in (first, second):
-            run.check_not_empty()
-        pairs = list(zip_longest(first.records, second.records))
-        for number, (a, b) in enumerate(pairs):
-            if a is None or b is None or (a.trial, a.object, a.seed) != (b.trial, b.object, b.seed):
-                raise ResultsError(
-                    f"{first.folder} and {second.folder} did not try the same: they differ from "
-                    f"trial {number} on ({len(first)} and {len(second)} trials). Run both with the same "
-                    "objects, trials and seed."
-                )
-        won = [(a.success, b.success) for a, b in pairs]
-        only, other = won.count((True, False)), won.count((False, True))
-        return cls(
-            first.predictor,
-            second.predictor,
-            won.count((True, True)),
-            only,
-            other,
-            won.count((False, False)),
-            mcnemar(only, other),
-            tuple(a.object for a, b in pairs if a.success != b.success),
-        )
-
-    @property
-    def trials(self) -> int:
-        """Number of pairs."""
-        return self.both + self.first_only + self.second_only + self.neither
-
-    @property
-    def difference(self) -> float:
-        """Rate of the first minus rate of the second."""
-        return (self.first_only - self.second_only) / self.trials
-
-    def __str__(self) -> str:
-        return (
-            f"On {self.trials} common trials {self.first} alone succeeded in {self.first_only} and "
-            f"{self.second} alone in {self.second_only} ({self.difference:+.1%}, McNemar's exact "
-            f"p = {self.p_value:.2g})."
-        )

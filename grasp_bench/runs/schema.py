@@ -6,9 +6,13 @@ import json
 import warnings
 from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-Count = Annotated[int, Field(strict=True, ge=0, description="a whole number from 0")]
+from grasp_bench.system.texts import legible_all, shown
+
+LARGEST = 2**63 - 1
+"""No whole number in a results file is larger."""
+Count = Annotated[int, Field(strict=True, ge=0, le=LARGEST, description="a whole number from 0")]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False, description="a number")]
 Text = Annotated[str, Field(strict=True, description="text")]
 
@@ -25,6 +29,11 @@ class Stored(BaseModel):
     leading: ClassVar[tuple[str, ...]] = ()
     """Keys that come first, in files and among errors; the others follow in the order of their fields."""
 
+    @model_validator(mode="before")
+    @classmethod
+    def _legible(cls, content: Any) -> Any:
+        return legible_all(content)
+
     @classmethod
     def read(cls, content: Any) -> Self:
         """Return the content of a file, checked; ValueError says what is wrong first."""
@@ -32,6 +41,8 @@ class Stored(BaseModel):
             raise ValueError(f"{shown(content)} is not a record")
         try:
             return cls.model_validate(content)
+        except RecursionError as error:
+            raise ValueError("nested too deeply") from error
         except ValidationError as error:
             first = min(error.errors(), key=lambda e: cls._place(*e["loc"][:1]))
             if not first["loc"]:
@@ -61,7 +72,21 @@ class Stored(BaseModel):
         return json.dumps(self.to_json(), ensure_ascii=False, separators=(", ", ": "), allow_nan=False)
 
 
-def shown(value: Any) -> str:
-    """Return a value as an error shows it: cut where it is long."""
-    text = repr(value)
-    return text if len(text) <= 40 else text[:37] + "…"
+def strict_json(text: str) -> Any:
+    """Return the content of JSON text; ValueError for what JSON lacks, and for a key that comes twice."""
+    try:
+        return json.loads(text, parse_constant=_no_constant, object_pairs_hook=_unique)
+    except RecursionError as error:
+        raise ValueError("nested too deeply") from error
+
+
+def _no_constant(name: str) -> float:
+    raise ValueError(f"{name} is no number")
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    content = dict(pairs)
+    if len(content) != len(pairs):
+        keys = [k for k, _ in pairs]
+        raise ValueError(f"the key {shown(next(k for k in keys if keys.count(k) > 1))} comes twice")
+    return content

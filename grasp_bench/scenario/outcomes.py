@@ -11,6 +11,7 @@ class Outcome(StrEnum):
     SUCCESS = "success"
     NO_GRASP = "no_grasp"
     IK_FAILED = "ik_failed"
+    BLOCKED = "blocked"
     APPROACH_COLLISION = "approach_collision"
     MISSED = "missed"
     SLIPPED = "slipped"

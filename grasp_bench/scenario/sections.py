@@ -13,7 +13,9 @@ from pydantic import Field, field_validator, model_validator
 from grasp_bench.camera import CameraPose, Intrinsics
 from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.scenario.fields import Fraction, NonNegative, Positive, Section, Vector
+from grasp_bench.scenario.look import Look
 from grasp_bench.scenario.sensors import Sensor
+from grasp_bench.scenario.surroundings import Surroundings
 
 VERSION = 2
 """Of the definition of a trial (docs/definition.md): only trials of this version are carried out, results of
@@ -74,10 +76,12 @@ class Objects(Section):
     Attributes:
         names: each object's name with the reason why it is here; empty for all objects.
         mass_scale: factor on every mass and inertia.
+        centre_of_mass_mm: shift of every centre of mass, in the object's frame [mm].
     """
 
     names: dict[str, str] = Field(default_factory=dict)
     mass_scale: Positive = 1.0
+    centre_of_mass_mm: Vector = (0.0, 0.0, 0.0)
 
     @field_validator("names", mode="before")
     @classmethod
@@ -134,6 +138,7 @@ class Gripper(Section):
     squeeze: Annotated[float, Field(ge=0, le=PARALLEL_85.squeeze)] = 0.025
     friction_scale: Positive = 1.0
     torsional_friction: NonNegative = 0.005
+    pad_stiffness: Annotated[float, Field(ge=0.1, le=4)] = 1.0
     settle_time: NonNegative = 0.25
 
 
@@ -164,6 +169,42 @@ class Motion(Section):
     shake: Shake = Shake()
 
 
+class Execution(Section):
+    """Whose grasp is carried out: the predictor's own, or the best that a planner makes of its proposals.
+
+    A file may name the protocol alone: ``execution: as-predicted``.
+
+    Attributes:
+        protocol: ``assisted``: the first of ``proposals`` grasps whose tips get deep, jaws as wide as that
+            takes. ``as-predicted``: the best grasp only, at its own centre, angle and width.
+        proposals: how many grasps count when assisted; what comes after them is not looked at.
+        clearance: added to the predicted width when carried out as predicted [m].
+    """
+
+    protocol: Literal["assisted", "as-predicted"] = "assisted"
+    proposals: Annotated[int, Field(ge=1, le=1000)] = 10
+    clearance: NonNegative = 0.0
+
+    @property
+    def assisted(self) -> bool:
+        """Whether the planner helps the predictor."""
+        return self.protocol == "assisted"
+
+
+class Margin(Section):
+    """Measuring how firmly what was lifted is held; see :mod:`grasp_bench.trials.margin`.
+
+    Attributes:
+        distance, angle_deg: the grip is broken when the object moved or turned so far in the gripper [m, °].
+        force_cap, torque_cap: greatest loads that are tried [N, N m].
+    """
+
+    distance: Annotated[float, Field(ge=0.001, le=0.05)] = 0.005
+    angle_deg: Annotated[float, Field(ge=1, le=45)] = 10.0
+    force_cap: Annotated[float, Field(ge=1, le=1000)] = 200.0
+    torque_cap: Annotated[float, Field(ge=0.1, le=100)] = 10.0
+
+
 class Success(Section):
     """When a trial is a success (paper, section 4.4)."""
 
@@ -175,6 +216,7 @@ class Physics(Section):
 
     timestep: Annotated[float, Field(gt=0, le=0.005)] = 0.002
     control_steps: Annotated[int, Field(ge=1, le=20)] = 2
+    cone: Literal["elliptic", "pyramidal"] = "elliptic"
     impratio: Positive = 10.0
     noslip_iterations: Annotated[int, Field(ge=0, le=20)] = 3
     """From when the fingers have closed; what is not held does not need them."""
@@ -194,15 +236,24 @@ class Scenario(Section):
     sensor: Sensor = Sensor()
     calibration: Calibration = Calibration()
     light: Light = Light()
+    look: Look | None = None
+    surroundings: Surroundings | None = None
     table: Table = Table()
     settling: Settling = Settling()
     gripper: Gripper = Gripper()
     motion: Motion = Motion()
+    execution: Execution = Execution()
+    margin: Margin | None = None
     success: Success = Success()
     physics: Physics = Physics()
     objects: Objects = Objects()
     clutter: Clutter | None = None
     trial_timeout: Positive = 60.0
+
+    @field_validator("execution", mode="before")
+    @classmethod
+    def _protocol(cls, given: Any) -> Any:
+        return {"protocol": given} if isinstance(given, str) else given
 
     @model_validator(mode="after")
     def _consistent(self) -> Scenario:

@@ -19,6 +19,15 @@ Sources of the presets:
   0.4 m)² and 0.8 px sideways (Nguyen, Izadi & Lovell, 3DIMPVT 2012); depth in steps of 2.85 mm/m² · d²
   (Khoshelham & Elberink, Sensors 2012, 12(2):1437); range 0.35–1.4 m of PrimeSense's Carmine 1.09. Such
   cameras lose edges in the projector's shadow rather than mix them; the shares are estimates.
+* ``kinect-v1``: ``structured-light`` as the first Kinect's pictures show it: its projector stands 75 mm to
+  the right of the camera (Khoshelham & Elberink), its windows lose what is thin, range 0.4–3 m, and it
+  measures little on what is dark or shiny.
+* ``stereo``: active stereo of the class of RealSense's D435: σ = d² · s/(f · b) with a subpixel error s of
+  0.08 px, f = 640 px and a baseline b of 50 mm, which is 2.5 mm/m² (the formula is that of Intel's notes on
+  tuning such cameras), the second eye's shadow, windows, and holes where nothing varies (an estimate).
+* ``time-of-flight``: ``azure-kinect`` with more flying pixels and with light that comes by way of nearer
+  things: up to 3 cm too far beside walls, the order that Sarbolandi, Lefloch & Kolb, CVIU 2015, find;
+  strength and reach are estimates.
 * ``ideal``: the perfect picture.
 """
 
@@ -30,7 +39,9 @@ from pydantic import Field, model_validator
 
 from grasp_bench.scenario.fields import Fraction, NonNegative, Positive, Section
 
-Preset = Literal["azure-kinect", "femto-w", "ideal", "structured-light"]
+Preset = Literal[
+    "azure-kinect", "femto-w", "ideal", "kinect-v1", "stereo", "structured-light", "time-of-flight"
+]
 PRESET_NAMES: tuple[str, ...] = get_args(Preset)
 
 
@@ -65,6 +76,12 @@ class Sensor(Section):
     speckle_dropout: Fraction = 0.001
     minimum_range: NonNegative = 0.25
     maximum_range: Positive = 2.5
+    projector_baseline: Annotated[float, Field(ge=-0.5, le=0.5)] = 0.0
+    window_px: Annotated[int, Field(ge=0, le=4)] = 0
+    multipath: NonNegative = 0.0
+    multipath_reach_px: Positive = 24.0
+    textureless_dropout: Fraction = 0.0
+    filled: bool = False
     frames: Annotated[int, Field(ge=1, le=64)] = 1
     rgb_sigma: NonNegative = 2.0
     rgb_shot_noise: NonNegative = 0.0
@@ -72,6 +89,9 @@ class Sensor(Section):
     exposure_sigma: NonNegative = 0.0
     white_balance: tuple[Positive, Positive, Positive] = (1.0, 1.0, 1.0)
     white_balance_sigma: NonNegative = 0.0
+    auto_exposure: Fraction = 0.0
+    rgb_blur_px: Annotated[float, Field(ge=0, le=10)] = 0.0
+    jpeg_quality: Annotated[int, Field(ge=0, le=100)] = 0
 
     @model_validator(mode="before")
     @classmethod
@@ -97,6 +117,21 @@ PRESETS: dict[str, dict[str, Any]] = {
         "axial_sigma": 0.0, "axial_sigma_per_metre": 0.0, "lateral_sigma_px": 0.0, "mixed_pixels": 0.0,
         "edge_dropout": 0.0, "grazing_dropout": 0.0, "speckle_dropout": 0.0, "minimum_range": 0.0,
         "maximum_range": 10.0, "rgb_sigma": 0.0},
+    "kinect-v1": {
+        "axial_sigma": 0.0012, "axial_sigma_per_metre": 0.0, "axial_sigma_per_metre2": 0.0019,
+        "axial_onset": 0.4, "depth_step_per_metre2": 0.00285, "lateral_sigma_px": 0.8, "mixed_pixels": 0.05,
+        "edge_dropout": 0.6, "grazing_angle_deg": 75.0, "dark_albedo": 0.02, "dark_dropout": 0.9,
+        "shiny_dropout": 0.6, "distant_onset": 2.0, "distant_dropout": 0.2, "minimum_range": 0.4,
+        "maximum_range": 3.0, "rgb_shot_noise": 0.03, "projector_baseline": 0.075, "window_px": 1},
+    "stereo": {
+        "axial_sigma": 0.0003, "axial_sigma_per_metre": 0.0, "axial_sigma_per_metre2": 0.0025,
+        "axial_onset": 0.0, "lateral_sigma_px": 0.5, "mixed_pixels": 0.3, "edge_dropout": 0.3,
+        "shiny_dropout": 0.3, "distant_dropout": 0.0, "maximum_range": 5.0, "rgb_shot_noise": 0.03,
+        "projector_baseline": -0.05, "window_px": 1, "textureless_dropout": 0.04, "patch_px": 10},
+    "time-of-flight": {
+        "bias": 0.003, "bias_per_metre": 0.001, "mixed_pixels": 0.8, "edge_dropout": 0.1,
+        "dark_albedo": 0.05, "dark_dropout": 0.6, "shiny_dropout": 0.3, "maximum_range": 4.0,
+        "rgb_shot_noise": 0.03, "multipath": 0.1},
     "azure-kinect": {
         "bias": 0.003, "bias_per_metre": 0.001, "dark_dropout": 0.5, "shiny_dropout": 0.3,
         "distant_onset": 2.3, "distant_dropout": 0.3, "maximum_range": 2.88, "rgb_shot_noise": 0.03},

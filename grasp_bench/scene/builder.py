@@ -22,23 +22,25 @@ from scipy.spatial import ConvexHull
 from grasp_bench.objects.catalog import ObjectModel, VisualPart
 from grasp_bench.robot.robot import EC66_PARALLEL_85, Robot
 from grasp_bench.scenario.sections import Scenario
+from grasp_bench.scenario.surroundings import Surroundings
 from grasp_bench.scene.hulls import merged
 from grasp_bench.scene.mounting import load_robot
+from grasp_bench.scene.surroundings import SEEN_GROUP, UNTOUCHED, add_fixtures, table_top
 from grasp_bench.system import cache
 
 OBJECT = "object"
 TABLE = "table"
+FLOOR = "floor"
 GROUND = "ground"
 VISUAL_GROUP = 2
 COLLISION_GROUP = 3
-UNTOUCHED = {"contype": 0, "conaffinity": 0}
-"""Attributes of geoms that are only seen."""
 ROLLING_FRICTION = 1.5e-3
 """Rolling resistance on the table [m], of the order of a thin rubber mat: with less, things that
 lie on a small round patch rock for seconds."""
 
 NOT_IN_THE_MODEL: set[str] = set(
-    "name description sensor calibration light settling motion success clutter trial_timeout".split()
+    "name description sensor calibration light look settling motion execution margin success clutter "
+    "trial_timeout".split()
 )
 """Sections of a scenario that compiled models do not depend on."""
 
@@ -90,7 +92,7 @@ def add_object(root: Any, model: SceneObject, scenario: Scenario, name: str = OB
     inertia = heavier * model.inertia
     body.add(
         "inertial",
-        pos=[0, 0, 0],
+        pos=[1e-3 * c for c in scenario.objects.centre_of_mass_mm],
         mass=heavier * model.mass,
         fullinertia=inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]],
     )
@@ -131,16 +133,17 @@ def add_object(root: Any, model: SceneObject, scenario: Scenario, name: str = OB
 
 
 def add_table(root: Any, scenario: Scenario) -> None:
-    """Add table, floor, light and the camera's marker."""
-    table = scenario.table
+    """Add table, floor, fixtures, light and the camera's marker."""
+    table, around = scenario.table, scenario.surroundings or Surroundings()
+    size, center = table_top(scenario)
     root.worldbody.add(
         "geom",
         name=TABLE,
         type="box",
-        size=[table.size[0] / 2, table.size[1] / 2, 0.025],
-        pos=[*table.center, -0.025],
+        size=[size[0] / 2, size[1] / 2, 0.025],
+        pos=[*center, -0.025],
         rgba=[*table.color, 1],
-        group=1,
+        group=SEEN_GROUP,
         **UNTOUCHED,
     )
     # What carries is a plane: contacts of meshes with a box flicker, and keep some objects rocking for ever.
@@ -156,14 +159,15 @@ def add_table(root: Any, scenario: Scenario) -> None:
     )
     root.worldbody.add(
         "geom",
-        name="floor",
+        name=FLOOR,
         type="plane",
         size=[3, 3, 0.1],
-        pos=[0, 0, -0.75],
-        rgba=[0.35, 0.36, 0.38, 1],
-        group=1,
+        pos=[0, 0, around.floor_height],
+        rgba=[*around.floor_color, 1],
+        group=SEEN_GROUP,
         **UNTOUCHED,
     )
+    add_fixtures(root, scenario)
     root.asset.add(
         "texture",
         name="sky",
@@ -198,7 +202,7 @@ def new_world(scenario: Scenario) -> Any:
     root.option.integrator = "implicitfast"
     root.option.solver = "Newton"
     root.option.jacobian = "dense"
-    root.option.cone = "elliptic"
+    root.option.cone = physics.cone
     root.option.impratio = physics.impratio
     root.option.noslip_iterations = physics.noslip_iterations
     root.size.nuser_geom = 1
@@ -253,7 +257,9 @@ def _digest(scenario: Scenario, model: ObjectModel | None, robot: Robot | None) 
 def _fixed_digest(robot: Robot | None) -> str:
     """Digest what no trial of a process changes: MuJoCo, this code, and the robot's facts and files."""
     digest = hashlib.sha256(f"{mujoco.__version__}|{robot}|".encode())
-    code = (Path(__file__).with_name(f"{name}.py") for name in ("builder", "hulls", "mounting"))
+    code = (
+        Path(__file__).with_name(f"{name}.py") for name in ("builder", "hulls", "mounting", "surroundings")
+    )
     for path in (*code, *(robot.files if robot else ())):
         digest.update(path.read_bytes())
     return digest.hexdigest()

@@ -120,6 +120,13 @@ class FloatingGripper:
         scenario: the one the model was compiled with.
         count: number of objects in the model.
         gripper: the one the model was compiled with.
+
+    Attributes:
+        carrier_q, carrier_v, carrier_u: (4,) addresses of x, y, z and yaw in ``qpos``, ``qvel`` and ``ctrl``.
+        jaw, fingers: address of the fingers' command in ``ctrl``, and (2,) of their joints in ``qpos``.
+        object_q, object_v: address of each object's free joint in ``qpos`` and ``qvel``.
+        left, right: (geoms,) whether a geom belongs to that finger.
+        body: (geoms,) number of the object that a geom belongs to, −1 for none.
     """
 
     def __init__(
@@ -127,27 +134,29 @@ class FloatingGripper:
     ) -> None:
         self.model, self.scenario, self.data = model, scenario, mujoco.MjData(model)
         self.gripper = gripper
-        self._carrier_q = np.array([model.joint(n).qposadr[0] for n in ("x", "y", "z", "yaw")])
-        self._carrier_u = np.array([model.actuator(n).id for n in ("x", "y", "z", "yaw")])
-        self._jaw = model.actuator(PREFIX + gripper.actuator).id
-        self._fingers = np.array([model.joint(PREFIX + n).qposadr[0] for n in gripper.finger_joints])
+        self.carrier_q = np.array([model.joint(n).qposadr[0] for n in ("x", "y", "z", "yaw")])
+        self.carrier_v = np.array([model.joint(n).dofadr[0] for n in ("x", "y", "z", "yaw")])
+        self.carrier_u = np.array([model.actuator(n).id for n in ("x", "y", "z", "yaw")])
+        self.jaw = model.actuator(PREFIX + gripper.actuator).id
+        self.fingers = np.array([model.joint(PREFIX + n).qposadr[0] for n in gripper.finger_joints])
         joints = [model.joint(object_name(i)) for i in range(count)]
         self.object_q = [int(joint.qposadr[0]) for joint in joints]
-        self._object_v = [int(joint.dofadr[0]) for joint in joints]
+        self.object_v = [int(joint.dofadr[0]) for joint in joints]
         bodies = [model.body(i).name for i in model.geom_bodyid]
-        self._left, self._right = (np.array([b == PREFIX + f for b in bodies]) for f in gripper.fingers)
+        self.left, self.right = (np.array([b == PREFIX + f for b in bodies]) for f in gripper.fingers)
         self._gripper = np.array([b.startswith(PREFIX) for b in bodies])
-        self._body = np.array([int(b[6:]) if b.startswith("object") else -1 for b in bodies])
+        self.body = np.array([int(b[6:]) if b.startswith("object") else -1 for b in bodies])
         self._tcp = model.site(PREFIX + gripper.tcp).id
         self.park()
 
     def park(self) -> None:
         """Move the gripper out of the way, open."""
-        self._put([PARK, 0, PARK, 0], self.gripper.opening)
+        self.put([PARK, 0, PARK, 0], self.gripper.opening)
 
-    def _put(self, carrier: Any, opening: float) -> None:
-        self.data.qpos[self._carrier_q] = self.data.ctrl[self._carrier_u] = carrier
-        self.data.qpos[self._fingers] = self.data.ctrl[self._jaw] = opening / 2
+    def put(self, carrier: Any, opening: float) -> None:
+        """Put the gripper at ``carrier`` (4,) [m, rad] with its jaws ``opening`` wide [m], at rest there."""
+        self.data.qpos[self.carrier_q] = self.data.ctrl[self.carrier_u] = carrier
+        self.data.qpos[self.fingers] = self.data.ctrl[self.jaw] = opening / 2
 
     def settle(self, seconds: float) -> bool:
         """Let the objects come to rest with the gripper parked, and return whether they did."""
@@ -158,7 +167,7 @@ class FloatingGripper:
             mujoco.mj_step(self.model, self.data, chunk)
             if self.data.warning.number.any():
                 return False
-            speed = [np.abs(self.data.qvel[v : v + 6]).max() for v in self._object_v]
+            speed = [np.abs(self.data.qvel[v : v + 6]).max() for v in self.object_v]
             still = still + 1 if max(speed) < 0.01 else 0
             if still == 3:
                 return True
@@ -189,51 +198,52 @@ class FloatingGripper:
         mujoco.mj_resetData(model, data)
         data.qpos[:], data.qvel[:] = state
         height = tip[2] + self.gripper.flange_to_tcp
-        self._put([tip[0], tip[1], height, yaw], opening)
+        self.put([tip[0], tip[1], height, yaw], opening)
         mujoco.mj_forward(model, data)
-        if self._penetrates():
+        if self.penetrates():
             return Attempt(False, "collision")
         dt = model.opt.timestep
         squeeze = -self.scenario.gripper.squeeze
         chunk = 5
         for jaw in np.arange(opening / 2, squeeze, -routine.closing_speed * dt * chunk):
-            data.ctrl[self._jaw] = jaw
+            data.ctrl[self.jaw] = jaw
             mujoco.mj_step(model, data, chunk)
-        data.ctrl[self._jaw] = squeeze
+        data.ctrl[self.jaw] = squeeze
         mujoco.mj_step(model, data, int(routine.pause / dt))
-        grip = self._held()
+        grip = self.held()
         if grip is None:
             return Attempt(False, "missed")
         start = self._relative(grip)
         for z in np.arange(0, routine.lift, routine.lift_speed * dt * chunk):
-            data.ctrl[self._carrier_u[2]] = height + z
+            data.ctrl[self.carrier_u[2]] = height + z
             mujoco.mj_step(model, data, chunk)
-        if self._held() != grip:
+        if self.held() != grip:
             return Attempt(False, "slipped")
         # A full sine of acceleration along each axis, amplitude SHAKE.
         omega = 2 * np.pi * routine.shake_hz
-        rest = data.ctrl[self._carrier_u[:3]].copy()
+        rest = data.ctrl[self.carrier_u[:3]].copy()
         for axis in range(3):
             for t in np.arange(0, 1 / routine.shake_hz, dt * chunk):
-                data.ctrl[self._carrier_u[axis]] = rest[axis] + SHAKE / omega**2 * np.sin(omega * t)
+                data.ctrl[self.carrier_u[axis]] = rest[axis] + SHAKE / omega**2 * np.sin(omega * t)
                 mujoco.mj_step(model, data, chunk)
-        data.ctrl[self._carrier_u[:3]] = rest
+        data.ctrl[self.carrier_u[:3]] = rest
         mujoco.mj_step(model, data, int(routine.pause / dt))
         if data.warning.number.any():
             return Attempt(False, "unstable")
         slide = float(np.linalg.norm(self._relative(grip) - start))
-        return Attempt(self._held() == grip, "held" if self._held() == grip else "slipped", slide)
+        return Attempt(self.held() == grip, "held" if self.held() == grip else "slipped", slide)
 
-    def _penetrates(self, depth: float = 5e-4) -> bool:
+    def penetrates(self, depth: float = 5e-4) -> bool:
+        """Return whether the gripper is more than ``depth`` inside something [m]."""
         ours = touching(self.data, self._gripper, ~self._gripper)
         return bool((self.data.contact.dist[ours] < -depth).any())
 
-    def _held(self) -> int | None:
+    def held(self) -> int | None:
         """Return the number of the object that both fingers touch, if any."""
         # A contact is enough for a quick try, whatever force it carries; a trial's judge wants a positive one
         # (:attr:`grasp_bench.scene.world.Touch.held`). Labels and shipped objects were made like this.
         pairs = self.data.contact.geom
-        fingers = (self._body[pairs[touching(self.data, f)]].max(1) for f in (self._left, self._right))
+        fingers = (self.body[pairs[touching(self.data, f)]].max(1) for f in (self.left, self.right))
         left, right = ({int(b) for b in bodies if b >= 0} for bodies in fingers)
         both = left & right
         return min(both) if both else None

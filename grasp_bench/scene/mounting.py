@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -39,11 +40,15 @@ def load_part(path: Path) -> Any:
 def set_gripper(
     gripper: Gripper, pads: list[Any], actuator: Any, scenario: Scenario, friction: float
 ) -> None:
-    """Set the friction of both pads and the force limit of the actuator of ``gripper``.
+    """Set the friction and stiffness of both pads and the force limit of the actuator of ``gripper``.
 
     They are elements of its model, of dm_control's or of MuJoCo's own kind. The pads have priority
     over what they touch, so their ``friction`` is the pair's.
     """
+    stiffness = scenario.gripper.pad_stiffness
     for pad in pads:
+        if stiffness != 1:  # a contact's stiffness goes with 1 / time constant² (MuJoCo, “Solver parameters”)
+            time, damping = pad.dclass.geom.solref if pad.solref is None else pad.solref
+            pad.solref = [time / math.sqrt(stiffness), damping]
         pad.friction = [friction * scenario.gripper.friction_scale, scenario.gripper.torsional_friction, 1e-4]
     actuator.forcerange = gripper.actuator_range(scenario.gripper.force)

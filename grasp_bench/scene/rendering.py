@@ -7,6 +7,7 @@ made a run's images is part of its record.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import cv2
@@ -42,6 +43,11 @@ class Picture(NamedTuple):
     geom: NDArray[np.int32]
 
 
+Draw = Callable[[mujoco.MjModel, mujoco.MjData, NDArray[np.float64], NDArray[np.float64]], Picture]
+"""Makes a picture of model, data, origin (3,) and world directions (H, W, 3), each with z = 1 in its camera's
+frame."""
+
+
 class Surfaces(NamedTuple):
     """How the surfaces of a scene's geoms reflect.
 
@@ -64,9 +70,14 @@ class SceneCamera:
     Args:
         intrinsics, pose: those of the camera.
         renderer: one of :data:`~grasp_bench.system.graphics.RENDERERS`.
+        draw: casts and shades rays like :func:`raycast`, for scenarios with a look of their own, which OpenGL
+            does not draw; all rays are cast every time then, since shadows move.
     """
 
-    def __init__(self, intrinsics: Intrinsics, pose: CameraPose, renderer: str = "auto") -> None:
+    def __init__(
+        self, intrinsics: Intrinsics, pose: CameraPose, renderer: str = "auto", draw: Draw | None = None
+    ) -> None:
+        self._draw = draw
         self.intrinsics, self.pose, self.renderer = intrinsics, pose, resolve_renderer(renderer)
         planes = np.moveaxis(intrinsics.rays() @ pose.rotation.T, 2, 0)
         self.directions = np.moveaxis(np.ascontiguousarray(planes), 0, 2)  # who reads one axis reads it fast
@@ -76,6 +87,8 @@ class SceneCamera:
         """Take an image of the scene; ``body`` is the one that changes between calls, −1 when all may."""
         if self.renderer != "raycast":
             return _render_gl(model, data, self.intrinsics, self.pose, self.renderer)
+        if self._draw is not None:
+            return self._draw(model, data, self.pose.position, self.directions)
         if body < 0:
             return raycast(model, data, self.pose.position, self.directions)
         if self._background is None:
@@ -86,7 +99,7 @@ class SceneCamera:
             self._background = background
         region = self._region(model, data, body)
         rays = self.directions[region]
-        hits = _cast(model, data, self.pose.position, rays)
+        hits = cast(model, data, self.pose.position, rays)
         fresh = (hits.geom >= 0) & (model.geom_bodyid[hits.geom] == body)
         shaded = _shade(model, rays[fresh], Hits._make(of[fresh] for of in hits))
         whole = Picture._make(channel.copy() for channel in self._background)
@@ -140,7 +153,7 @@ def raycast(
     """
     shape = directions.shape[:2]
     rays = np.ascontiguousarray(directions.reshape(-1, 3))
-    picture = _shade(model, rays, _cast(model, data, origin, rays, exclude))
+    picture = _shade(model, rays, cast(model, data, origin, rays, exclude))
     return Picture._make(channel.reshape(*shape, *channel.shape[1:]) for channel in picture)
 
 
@@ -158,7 +171,7 @@ class Hits(NamedTuple):
     normal: NDArray[np.float64]
 
 
-def _cast(
+def cast(
     model: mujoco.MjModel,
     data: mujoco.MjData,
     origin: NDArray[np.float64],

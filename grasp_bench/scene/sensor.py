@@ -17,11 +17,16 @@ whose module names the sources of the presets). In the order in which they are a
   ``shiny_dropout`` · (1 − roughness/``shiny_roughness``) and
   ``distant_dropout`` · (d − ``distant_onset``)/(``maximum_range`` − ``distant_onset``), each clipped to
   0 … 1. The albedo is that of the visible colour: what a surface reflects in the near infrared is not known.
+* *Whole pictures*: what the sensor's projector or second eye, ``projector_baseline`` beside it, does not see,
+  is lost; windows of 5 · ``window_px`` pixels lose what is thin; light by way of nearer things within
+  ``multipath_reach_px`` adds ``multipath`` metres a metre; where the picture does not vary,
+  ``textureless_dropout`` of the patches is lost. ``filled`` closes all holes at the end.
 * *Average*: of ``frames`` pictures, over the frames that measured; a pixel needs half of them.
 
 Colour: ``exposure`` · white balance · (light · c + noise) with variance ``rgb_sigma``² + ``rgb_shot_noise`` ·
 light · c, rounded and clipped to 0 … 255. Exposure and the balance of each channel vary from picture to
 picture by a factor exp(σ n), n standard normal. A longer exposure brightens a dim scene and its noise alike.
+``auto_exposure`` brings the mean of the picture to that share of white before. Last come blur and JPEG.
 """
 
 from __future__ import annotations
@@ -33,6 +38,7 @@ from scipy.special import ndtri
 
 from grasp_bench.camera import Intrinsics, RgbdImage
 from grasp_bench.scenario.sensors import Sensor
+from grasp_bench.scene import sensor_effects as effects
 from grasp_bench.scene.rendering import Picture, Surfaces
 
 NORMAL = ndtri((np.arange(65536) + 0.5) / 65536).astype(np.float32)
@@ -60,6 +66,9 @@ def sense(
         light: how bright the scene is, 1 for the light the picture was made in.
     """
     tone, pattern, *later = rng.spawn(1 + sensor.frames)
+    perfect = picture
+    if sensor.window_px or sensor.multipath:
+        picture = picture._replace(depth=_spread(picture.depth, sensor))
     measured, lost = _frame(picture, sensor, rng)
     color_noise = _bits(rng, (*picture.depth.shape, 3))
     if later:
@@ -72,8 +81,35 @@ def sense(
         measured = (total / np.maximum(count, 1)).astype(np.float32)
     if sensor.dark_dropout or sensor.shiny_dropout or sensor.distant_dropout:
         lost = lost | _unreflected(picture, sensor, surfaces, pattern)
+    if sensor.projector_baseline:
+        lost = lost | effects.projector_shadow(perfect.depth, intrinsics.fx, sensor.projector_baseline)
+    if sensor.textureless_dropout:
+        plain = effects.textureless(picture.rgb)
+        lost = lost | (_patches(picture.depth.shape, sensor, tone) < sensor.textureless_dropout * plain)
+    depth = np.where(lost, np.float32(0), measured)
+    if sensor.filled:
+        depth = effects.filled(depth)
     rgb = _color(picture.rgb, sensor, color_noise, light, tone)
-    return RgbdImage(rgb, np.where(lost, np.float32(0), measured), intrinsics)
+    if sensor.rgb_blur_px:
+        rgb = cv2.GaussianBlur(rgb, (0, 0), sensor.rgb_blur_px).astype(np.uint8, copy=False)
+    if sensor.jpeg_quality:
+        rgb = effects.compressed(rgb, sensor.jpeg_quality)
+    return RgbdImage(rgb, depth, intrinsics)
+
+
+def _spread(depth: Image, sensor: Sensor) -> Image:
+    """Return what reaches a sensor whose windows and whose light take in more than a pixel."""
+    if sensor.window_px:
+        depth = effects.matched(depth, sensor.window_px)
+    if sensor.multipath:
+        depth = depth + effects.echoes(depth, sensor.multipath, sensor.multipath_reach_px)
+    return depth
+
+
+def _patches(shape: tuple[int, ...], sensor: Sensor, rng: np.random.Generator) -> Image:
+    """Return uniform numbers (H, W), the same all over each patch."""
+    coarse = rng.random([-(-n // sensor.patch_px) for n in shape], dtype=np.float32)
+    return coarse.repeat(sensor.patch_px, 0).repeat(sensor.patch_px, 1)[: shape[0], : shape[1]]
 
 
 def _frame(picture: Picture, sensor: Sensor, rng: np.random.Generator) -> tuple[Image, Mask]:
@@ -151,6 +187,8 @@ def _color(
         * np.array(sensor.white_balance)
         * np.exp(sensor.white_balance_sigma * drawn[1:])
     )
+    if sensor.auto_exposure:
+        gain = gain * effects.exposed(rgb, sensor.auto_exposure)
     if light == 1 and not sensor.rgb_shot_noise and (gain == 1).all():
         # Whole numbers with the same noise everywhere: rounding the sum is adding the rounded noise.
         noise = np.rint(np.float32(sensor.rgb_sigma) * NORMAL).astype(np.int16)[bits]

@@ -7,19 +7,20 @@ from pathlib import Path
 from typing import Any
 
 from grasp_bench import api
-from grasp_bench.errors import AssetError, GraspBenchError
+from grasp_bench.errors import AssetError, GraspBenchError, ResultsError
 from grasp_bench.networks.registry import all_weights, build, family, parameter_count
 from grasp_bench.networks.store import stored_input
 from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.report.accuracy import ablation_table, accuracy_table
+from grasp_bench.report.compare import REFERENCE
 from grasp_bench.report.table4 import PAPER, ROBOTS, TITLE, Row, table_4
 from grasp_bench.report.tables import RATE_HEAD, TextTable, rate_cells
+from grasp_bench.runs.comparison import Comparison
 from grasp_bench.runs.evaluation import Evaluation
 from grasp_bench.runs.info import RUN
-from grasp_bench.runs.results import Comparison, RunResults
+from grasp_bench.runs.results import RunResults
 from grasp_bench.runs.statistics import Rate, holm, trials_to_distinguish
 
-REFERENCE = "htc-grasp"
 UNABLATED = "htc-grasp-1000"
 """HTC-Grasp trained as long as its ablations."""
 SWITCHES = ("external_attention", "channel_attention")
@@ -90,7 +91,7 @@ def compare(folders: Sequence[Path], reference: str = REFERENCE) -> dict[str, An
             "weights": trained_on(run.predictor, run.info.weights),
         }
         if against is not None and run is not against:
-            pairs = Comparison.of(against, run)
+            pairs = _compared_whole(against, run)
             shares = pairs.first_only / pairs.trials, pairs.second_only / pairs.trials
             row |= _paired("reference", pairs) | {"trials_to_tell": trials_to_distinguish(*shares)}
         rows.append(row)
@@ -117,10 +118,21 @@ def _ablations(runs: Sequence[RunResults]) -> list[dict[str, Any]]:
         if (run := by_name.get(name)) is not None:
             row |= run.lifted.counts()
             if whole is not None and run is not whole:
-                row |= _paired("whole", Comparison.of(whole, run))
+                row |= _paired("whole", _compared_whole(whole, run))
         rows.append(row)
     _correct(rows)
     return rows
+
+
+def _compared_whole(first: RunResults, second: RunResults) -> Comparison:
+    """Compare two runs whose trials are all the same; ResultsError where they are not."""
+    pairs = Comparison.of(first, second)
+    if not pairs.trials == len(first) == len(second):
+        raise ResultsError(
+            f"{first.folder} and {second.folder} did not try the same: {pairs.trials} trials are in both, of "
+            f"{len(first)} and {len(second)}. Run both with the same objects, trials and seed."
+        )
+    return pairs
 
 
 def _paired(first: str, pairs: Comparison) -> dict[str, Any]:

@@ -23,13 +23,14 @@ from grasp_bench.planning.planner import Plan
 from grasp_bench.planning.refusals import Refused
 from grasp_bench.planning.seen import SeenScene
 from grasp_bench.predictors.protocol import GroundTruth, Predictor, ask
-from grasp_bench.runs.record import TrialRecord
+from grasp_bench.runs.record import MarginRecord, TrialRecord
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scenario.seeding import Purpose, Streams
 from grasp_bench.scene.rendering import Picture, SceneCamera
 from grasp_bench.scene.world import UnstableError, World
 from grasp_bench.trials.clock import Clock
 from grasp_bench.trials.execution import Execution, execute
+from grasp_bench.trials.margin import measure
 from grasp_bench.trials.workcell import Workcell, take_picture
 
 
@@ -85,6 +86,7 @@ def attempt(
     done = Trial(_record(trial, target, streams.seed, Outcome.ERROR, ""), clock)
     grasp: Grasp | None = None
     rank: int | None = None
+    margin = None if cell.scenario.margin is None else MarginRecord()
 
     def ended(outcome: Outcome, detail: str, execution: Execution | None = None) -> Trial:
         done.record = _record(
@@ -96,7 +98,10 @@ def attempt(
             grasp=grasp,
             rank=rank,
             pose=done.plan.pose if done.plan else None,
+            widening_mm=1000 * done.plan.widening if done.plan else None,
+            shortfall_mm=1000 * done.plan.shortfall if done.plan else None,
             sim_steps=done.world.steps if done.world else 0,
+            margin=margin,
             **({} if execution is None else execution.measured),
         )
         return done
@@ -131,6 +136,9 @@ def attempt(
             execution = execute(world, choice.plan)
         if execution.outcome is not Outcome.UNSTABLE:
             target = table.models[world.target]  # the fingers may have closed on another one
+        if cell.scenario.margin is not None and execution.outcome is Outcome.SUCCESS:
+            with clock.phase("margin"):
+                margin = measure(world, cell.scenario.margin)
         return ended(execution.outcome, execution.detail, execution)
     except UnstableError as error:
         return ended(Outcome.UNSTABLE, str(error))

@@ -118,7 +118,7 @@ class _Phases:
         self.world.follow(self.plan.lift, self.squeeze)
         self.lift_height = self.world.rise()
         if not self.world.touch().held or self.lift_height < self.scenario.success.minimum_lift:
-            return Outcome.SLIPPED, f"lost while lifting, {1000 * self.lift_height:.0f} mm above its place"
+            return Outcome.SLIPPED, f"lost while lifting, {whole_mm(self.lift_height)} mm above its place"
         return None
 
     def shake(self) -> Verdict | None:
@@ -136,10 +136,15 @@ class _Phases:
         touch, height = world.touch(), world.rise()
         self.contact_force = (touch.left + touch.right) / 2
         if not touch.held or height < self.scenario.success.minimum_lift:
-            return Outcome.DROPPED, f"lost while carried or held, {1000 * height:.0f} mm above its place"
+            return Outcome.DROPPED, f"lost while carried or held, {whole_mm(height)} mm above its place"
         if touch.elsewhere:
             return Outcome.DROPPED, f"still touching {', '.join(touch.elsewhere)} at the end"
         return None
+
+
+def whole_mm(metres: float) -> int:
+    """Return whole millimetres, for sentences: there is no −0 among them."""
+    return round(1000 * metres)
 
 
 def chunks(motion: Trajectory, size: int) -> Iterator[Trajectory]:

@@ -13,6 +13,7 @@ from grasp_bench.scenario.sections import Calibration, Scenario
 from grasp_bench.scenario.seeding import Purpose, Streams
 from grasp_bench.scene.rendering import Picture, SceneCamera, surfaces
 from grasp_bench.scene.sensor import sense
+from grasp_bench.scene.shading import drawer
 from grasp_bench.scene.world import World
 from grasp_bench.trials.clock import Clock
 
@@ -28,7 +29,8 @@ class Workcell:
         check_current(scenario)
         self.scenario = scenario
         self.planner = Planner(scenario)
-        self.camera = SceneCamera(scenario.camera.intrinsics, scenario.camera.pose, renderer)
+        self._draw = drawer(scenario)
+        self.camera = SceneCamera(scenario.camera.intrinsics, scenario.camera.pose, renderer, self._draw)
         self._true_cameras: dict[int, SceneCamera] = {}
 
     def true_camera(self, streams: Streams) -> SceneCamera:
@@ -39,12 +41,12 @@ class Workcell:
             return nominal
         if calibration.drawn == "trial":
             pose = miscalibrated(nominal.pose, calibration, streams(Purpose.CALIBRATION))
-            return SceneCamera(nominal.intrinsics, pose, nominal.renderer)
+            return SceneCamera(nominal.intrinsics, pose, nominal.renderer, self._draw)
         seed = streams.seed
         if seed not in self._true_cameras:
             once = Streams(seed, "", 0)
             pose = miscalibrated(nominal.pose, calibration, once(Purpose.CALIBRATION))
-            self._true_cameras[seed] = SceneCamera(nominal.intrinsics, pose, nominal.renderer)
+            self._true_cameras[seed] = SceneCamera(nominal.intrinsics, pose, nominal.renderer, self._draw)
         return self._true_cameras[seed]
 
 

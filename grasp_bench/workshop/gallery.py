@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 from scipy.spatial import ConvexHull
 
+from grasp_bench.media.portraits import TILE, add_mesh, scene_of
 from grasp_bench.objects.catalog import ObjectModel, ReferenceGrasp
 from grasp_bench.robot.parallel_85 import PARALLEL_85
-from grasp_bench.workshop.pictures import TILE, add_mesh, scene_of, shoot
+from grasp_bench.workshop.pictures import shoot
 
 FINGER = (PARALLEL_85.finger_thickness / 2, PARALLEL_85.finger_width / 2, 0.030)
 """Half sizes of a drawn finger: along the jaws, across them, upwards [m]."""

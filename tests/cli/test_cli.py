@@ -264,9 +264,11 @@ def test_a_run_with_its_workers_is_measured_reported_and_resumed(
     assert "oracle" in cli("report").out  # looks into results/ by itself
     report = json.loads(cli("report results --format json").out)
     assert set(report) >= {"runs", "table4"}
-    row = report["table4"][-1]
-    assert (row["system"], row["successes"], row["trials"], row["source"]) == ("oracle", 3, 3, "simulation")
-    assert "| oracle | 3/3 |" in cli(f"report {folder} --format markdown").out
+    row = report["runs"][-1]
+    assert (row["predictor"], row["successes"], row["trials"]) == ("oracle", 3, 3)
+    assert report["table4"][-1]["source"] == "paper"  # another scenario is no row of it
+    assert report["groups"] == [{"title": "quick, seed 0, 3 trials", "runs": ["oracle-quick-seed0"]}]
+    assert "| oracle (control) | 3/3 |" in cli(f"report {folder} --format markdown").out
     assert cli(f"report {folder} --format json --out report.json").out == ""
     assert json.loads(Path("report.json").read_text())["runs"][0]["run"] == "oracle-quick-seed0"
     assert cli(f"report {folder} --out table.txt").code == 0
@@ -290,7 +292,7 @@ def test_every_control_runs_and_scores_where_it_should(
         assert figures["successes"] >= 2
     if control == "displaced":
         assert figures["successes"] == 0
-    assert json.loads(cli("report out --format json").out)["table4"][-1]["system"] == control
+    assert json.loads(cli("report out --format json").out)["runs"][-1]["predictor"] == control
 
 
 @pytest.mark.usefixtures("in_process")

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
+import cv2
 import numpy as np
 import pytest
 import torch
@@ -28,7 +30,7 @@ from grasp_bench.networks.store import WeightsFile
 from grasp_bench.report.accuracy import accuracy_table
 from grasp_bench.report.paper import TABLE_1, TABLE_2
 from grasp_bench.report.tables import markdown
-from grasp_bench.runs.evaluation import Evaluation
+from grasp_bench.runs.evaluation import Evaluation, Verdict
 
 
 class Bar:
@@ -149,7 +151,92 @@ def test_labels_follow_the_legacy_view(tmp_path: Path, dataset: str) -> None:
 def test_legacy_needs_maps(tmp_path: Path) -> None:
     found = open_collection(write_cornell(tmp_path, GRASPS[:1]))
     with pytest.raises(GraspBenchError, match="strict"):
-        best_grasp(Bar(), make_case(found, 0, 224, "legacy"), "legacy")
+        best_grasp(Bar(), make_case(found, 0, 224, "legacy"), "legacy", np.random.default_rng(0))
+
+
+def test_legacy_is_native_and_not_levelled(tmp_path: Path) -> None:
+    """The lineage cuts 224 px out of Cornell's 640 for a network of 224, and 300 for one of 300."""
+    found = open_collection(write_cornell(tmp_path, GRASPS))
+    for crop in (224, 300):
+        for i, entry in enumerate(found.entries):
+            case, sample = make_case(found, i, crop, "legacy"), found.load(entry)
+            zoom = Grasp.from_rectangle(case.rectangles[0]).width / sample.grasps()[0].width
+            assert 1 - 1e-9 <= zoom <= 2 + 1e-9, "no other scale than the lineage's zoom of 1 to 2"
+            assert set(np.unique(case.depth)) <= set(np.unique(sample.depth)), "measured values only"
+
+
+class Maps(Bar):
+    """Has maps as the extended protocol wants them, or not quite."""
+
+    crop = 96
+    says: Any = None
+
+    def maps(self, image) -> Any:
+        assert image.depth.shape == (96, 96)
+        return self.says
+
+
+class Raises(Bar):
+    """Fails on its second image, like many a script."""
+
+    def __init__(self) -> None:
+        self.shown = 0
+
+    def predict(self, image) -> list[Grasp]:
+        self.shown += 1
+        if self.shown == 2:
+            raise SystemExit(3)
+        return super().predict(image)
+
+
+def test_a_failure_costs_one_image(tmp_path: Path) -> None:
+    root = write_cornell(tmp_path, GRASPS)
+    result = invoke(
+        "evaluate", "--dataset", "cornell", "--root", root, "--predictor", "test_evaluation:Raises"
+    )
+    assert result.exit_code == 0, result.output
+    assert "failed on 1 of 6 images" in " ".join(result.output.split())
+    records = evaluate(Question("test_evaluation:Raises", "cornell", root)).records
+    assert [r.verdict for r in records] == ["correct", "error", *["correct"] * 4]
+
+
+@pytest.mark.parametrize(
+    ("says", "error"),
+    [(None, "got NoneType"), (GraspMaps(*(np.zeros((9, 9), np.float32),) * 4), r"of \(9, 9\) px")],
+)
+def test_maps_are_checked(tmp_path: Path, says: Any, error: str) -> None:
+    found = open_collection(write_cornell(tmp_path, GRASPS[:1]))
+    predictor = Maps()
+    predictor.says = says
+    answer = best_grasp(predictor, make_case(found, 0, 96, "legacy"), "legacy", np.random.default_rng(0))
+    assert re.search(error, str(answer.error))
+
+
+def test_the_rim_may_be_left_out(tmp_path: Path) -> None:
+    class Rim:
+        def predict(self, image) -> list[Grasp]:
+            return [Grasp(9, 100, 0.0, 20), Grasp(100, 200, 0.0, 20), Grasp(50, 50, 0.0, 20)]
+
+    found = open_collection(write_cornell(tmp_path, GRASPS[:1]))
+    case = make_case(found, 0, 224, "strict")
+    xs = [best_grasp(Rim(), case, "strict", np.random.default_rng(0), rim).grasp for rim in (0, 20, 30)]
+    assert [g.x for g in xs if g] == [9, 100, 50]
+    common = ("evaluate", "--dataset", "cornell", "--root", tmp_path, "--rim", 3, "--protocol", "legacy")
+    assert "--rim is for" in str(invoke(*common).exception)
+    asked = Question("test_evaluation:Bar", "cornell", tmp_path, rim=20)
+    assert evaluate(asked).conventions["rim"].startswith("grasps within 20 px")
+
+
+def test_pictures_of_failures(tmp_path: Path) -> None:
+    root = write_cornell(tmp_path / "c", GRASPS)
+    common = ("evaluate", "--dataset", "cornell", "--root", root, "--pictures")
+    said = invoke(*common, tmp_path / "p", "--predictor", "test_evaluation:Beside").output
+    assert "6 pictures" in said
+    drawn = [cv2.imread(str(p)) for p in sorted((tmp_path / "p").iterdir())]
+    assert [d.shape for d in drawn if d is not None] == [(24 + 3 * 224, 2 * 3 * 224, 3)] * 6
+    assert all(((d[..., 2] > 200) & (d[..., 1] < 60)).sum() > 100 for d in drawn if d is not None)
+    invoke(*common, tmp_path / "none", "--predictor", "test_evaluation:Bar")
+    assert not (tmp_path / "none").exists()
 
 
 # --- evaluation ---------------------------------------------------------------------------
@@ -162,7 +249,7 @@ def test_legacy_needs_maps(tmp_path: Path) -> None:
 def test_evaluate(tmp_path: Path, dataset: Any, predictor: str, verdict: str) -> None:
     root = write_cornell(tmp_path, GRASPS) if dataset == "cornell" else write_jacquard(tmp_path, SMALL)
     result = evaluate(Question(f"test_evaluation:{predictor}", dataset, root, folds=3))
-    assert result.verdicts == {"correct": 0, "wrong_angle": 0, "elsewhere": 0, "none": 0} | {verdict: 6}
+    assert result.verdicts == dict.fromkeys(get_args(Verdict), 0) | {verdict: 6}
     assert [f.images for f in result.folds] == [2, 2, 2]
     assert (result.correct, result.images) == (6 * (verdict == "correct"), 6)
     assert result.dropped_rectangles == (dataset == "cornell")

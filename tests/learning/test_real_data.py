@@ -16,7 +16,6 @@ from grasp_bench.learning.data.cornell import Cornell
 from grasp_bench.learning.data.folds import make_folds, parse_holdout
 from grasp_bench.learning.data.framing import Frame, framed
 from grasp_bench.learning.data.jacquard import Jacquard, corners_from_rows, row_from_grasp
-from grasp_bench.learning.data.levelling import levelled, table_surface
 from grasp_bench.learning.data.opening import open_collection
 from grasp_bench.learning.data.real import RealScenes, scene_from_sample
 from grasp_bench.learning.training.augment import View, crop_scene
@@ -24,6 +23,7 @@ from grasp_bench.learning.training.batches import make_batch
 from grasp_bench.learning.training.config import TrainConfig
 from grasp_bench.learning.training.sources import Mixture, Source, gather
 from grasp_bench.networks.encoding import encode_depth
+from grasp_bench.predictors.tabletop import levelled, table_surface
 
 GRASPS = [Grasp(300 + 5 * i, 250 - 4 * i, -1.2 + 0.4 * i, 60.0) for i in range(6)]
 SMALL = [Grasp(120 + 3 * i, 130.0, 1.3 - 0.5 * i, 40.0) for i in range(6)]
@@ -316,7 +316,7 @@ def test_samples_are_drawn(tmp_path: Path) -> None:
     assert sample_sheet(root, 2, tmp_path / "sheet.png") == ["0_obj0abc", "1_obj2abc"]
     sheet = cv2.imread(str(tmp_path / "sheet.png"))
     assert sheet is not None
-    assert sheet.shape == (299, 8 * 299, 3)
+    assert sheet.shape == (299, 10 * 299, 3)
 
 
 # --- the real thing -----------------------------------------------------------------------

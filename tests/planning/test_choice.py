@@ -11,6 +11,7 @@ from grasp_bench.planning.planner import Plan, Planner
 from grasp_bench.planning.refusals import Refused
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scenario.reading import load_scenario
+from grasp_bench.scenario.sections import Execution
 
 BAR = (0.04, 0.04, 0.06)
 SCENE = look(
@@ -59,8 +60,29 @@ def test_the_best_deep_grasp_or_else_the_least_shallow(
     assert choice.plan.deep == (shortfall == 0)
 
 
+def under(**execution: object) -> Planner:
+    return Planner(
+        load_scenario("table4").model_copy(update={"execution": Execution.model_validate(execution)})
+    )
+
+
+def test_as_predicted_no_other_grasp_is_tried() -> None:
+    alone = under(protocol="as-predicted")
+    choice = choose_grasp(alone, SCENE, [SHALLOW, FREE])
+    assert isinstance(choice.plan, Plan)
+    assert (choice.rank, choice.plan.grasp) == (0, SHALLOW)
+    refused = choose_grasp(alone, SCENE, [BLOCKED, FREE])
+    assert isinstance(refused.plan, Refused)
+
+
+def test_proposals_beyond_the_counted_ones_are_not_looked_at() -> None:
+    last, beyond = ([*[BLOCKED] * n, FREE] for n in (2, 3))
+    assert choose_grasp(under(proposals=3), SCENE, last).rank == 2
+    assert isinstance(choose_grasp(under(proposals=3), SCENE, beyond).plan, Refused)
+
+
 def test_where_none_can_be_done_the_first_ones_failure_tells(planner: Planner) -> None:
     choice = choose_grasp(planner, SCENE, [BLOCKED, BLOCKED])
     assert isinstance(choice.plan, Refused)
-    assert (choice.rank, choice.plan.outcome) == (0, Outcome.APPROACH_COLLISION)
-    assert "the fingers reach only" in str(choice.plan)
+    assert (choice.rank, choice.plan.outcome) == (0, Outcome.BLOCKED)
+    assert "something is under a finger; the arm did not move" in str(choice.plan)

@@ -11,13 +11,13 @@ import pytest
 
 from grasp_bench.camera import RgbdImage
 from grasp_bench.grasps import Grasp
-from grasp_bench.planning.depth import grasp_pose
+from grasp_bench.planning.depth import grasp_pose, widening
 from grasp_bench.planning.planner import Planner
 from grasp_bench.planning.refusals import Blocked, Unreachable
 from grasp_bench.planning.seen import SeenScene
 from grasp_bench.robot.robot import EC66_PARALLEL_85
 from grasp_bench.scenario.reading import load_scenario
-from grasp_bench.scenario.sections import Motion, Scenario, Table
+from grasp_bench.scenario.sections import Execution, Motion, Scenario, Table
 
 CAMERA = load_scenario("table4").camera
 K, POSE = CAMERA.intrinsics, CAMERA.pose
@@ -116,8 +116,28 @@ def test_the_jaws_open_wider_where_the_prediction_is_too_narrow() -> None:
     assert pose.position[2] == pytest.approx(0.06 - MOTION.insertion, abs=0.004)
 
 
+@pytest.mark.parametrize("clearance", [0.0, 0.006])
+def test_as_predicted_the_jaws_open_by_the_clearance_and_no_wider(clearance: float) -> None:
+    scene = look(ground((0.5, 0, 0.04, 0.08, 0.06)))
+    execution = Execution(protocol="as-predicted", clearance=clearance)
+    grasp = grasp_at(0.5, 0, 0.06, 0.2, 0.06)
+    pose, top = grasp_pose(scene, grasp, MOTION, execution=execution)
+    assert pose.opening == pytest.approx(0.06 + clearance, abs=2e-4)
+    assert widening(scene, grasp, pose, top) == pytest.approx(clearance, abs=1e-9)
+    helped, _ = grasp_pose(scene, grasp, MOTION)
+    np.testing.assert_array_equal(pose.rotation, helped.rotation)
+    np.testing.assert_array_equal(pose.position[:2], helped.position[:2])
+    with pytest.raises(Blocked, match="as something is under a finger"):  # which assisted is opened wider
+        grasp_pose(scene, grasp_at(0.5, 0, 0.06, 0, 0.03), MOTION, execution=execution)
+
+
+def test_what_is_too_flat_is_said_to_be() -> None:
+    with pytest.raises(Blocked, match="is only 5 mm high, too flat for fingers"):
+        grasp_pose(look(ground((0.5, 0, 0.04, 0.08, 0.0047))), grasp_at(0.5, 0, 0, 0, 0.05), MOTION)
+
+
 def test_a_grasp_within_a_flat_top_is_blocked() -> None:
-    with pytest.raises(Blocked, match="the fingers reach only"):
+    with pytest.raises(Blocked, match="its top, as something is under"):
         grasp_pose(look(ground((0.5, 0, 0.12, 0.12, 0.06))), grasp_at(0.5, 0, 0.06, 0, 0.06), MOTION)
 
 
@@ -139,7 +159,7 @@ def test_the_hand_stays_above_what_stands_beside_the_grasp(away: float, yaw: flo
 
 def test_a_hand_that_cannot_get_down_blocks_the_grasp() -> None:
     scene = look(ground((0.5, 0, 0.03, 0.03, 0.03), (0.575, 0, 0.04, 0.04, 0.15)))
-    with pytest.raises(Blocked, match="the fingers reach only"):
+    with pytest.raises(Blocked, match="its top, as something is under"):
         grasp_pose(scene, grasp_at(0.5, 0, 0.03, 0, 0.05), MOTION)
 
 

@@ -15,9 +15,10 @@ from grasp_bench.cli import main
 from grasp_bench.errors import PredictorError, ResultsError, UnknownNameError
 from grasp_bench.execution.runner import run
 from grasp_bench.predictors import load_predictor, sources
-from grasp_bench.predictors.identity import identify
+from grasp_bench.predictors.identity import describe, identify
 from grasp_bench.predictors.names import installed
 from grasp_bench.predictors.shipped import SHIPPED
+from grasp_bench.predictors.use import in_use
 from grasp_bench.runs.jobs import Settings, spread
 from grasp_bench.system.integrity import sha256
 
@@ -120,14 +121,15 @@ def test_shipped_predictors_are_identified_by_version_and_weights_alone() -> Non
 
 
 def test_a_module_is_identified_by_its_file_and_its_neighbours(
-    site: Path, capsys: pytest.CaptureFixture[str]
+    site: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     write(site)
     before = identify("mine:Mine")
     assert before is not None
     assert list(before) == ["files"]
     assert list(before["files"]) == ["helpers.py", "mine.py"]
-    assert capsys.readouterr().out == "closed\n"
+    printed = capfd.readouterr()
+    assert (printed.out, printed.err) == ("", "closed\n"), "in a process of its own"
     assert identify("mine:Mine") == before
     write(site, helpers="def grasps(): return [1]")
     after = identify("mine:Mine")
@@ -150,12 +152,12 @@ def test_a_neighbour_that_vanishes_does_not_count_but_the_predictors_own_file_mu
         return read
 
     monkeypatch.setattr(sources, "sha256", vanishing("helpers.py"))
-    facts = identify("mine:Mine")
-    assert facts is not None
+    with in_use("mine:Mine") as used:
+        facts = describe("mine:Mine", used)
     assert list(facts["files"]) == ["mine.py"]
     monkeypatch.setattr(sources, "sha256", vanishing("mine.py"))
     with pytest.raises(PredictorError, match=r"mine\.py, a file of mine, cannot be read"):
-        identify("mine:Mine")
+        describe("mine:Mine", used)
 
 
 def test_a_module_of_a_package_is_identified_by_the_packages_files(site: Path) -> None:
@@ -225,7 +227,7 @@ def test_check_prints_a_table_and_exits_with_one_for_a_break(
     code, out, _ = command(monkeypatch, capsys, "predictors", "check", "mine:Mine")
     assert code == 1
     assert "grasp 0 is a tuple, not a grasp_bench.Grasp" in out
-    assert "closed" in out
+    assert "closed" not in out, "what it prints goes to standard error"
     code, out, _ = command(monkeypatch, capsys, "predictors", "check", "random", "--json")
     assert code == 0
     assert json.loads(out)["passed"] is True

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -106,7 +107,8 @@ def test_what_a_served_predictor_raises_reads_as_if_it_were_local() -> None:
             with pytest.raises(PredictorError) as caught:
                 predict(predictor)
             messages.append(str(caught.value))
-    assert messages == ["the predictor raised ValueError: no idea"] * 2
+    assert messages[0] == messages[1]
+    assert re.fullmatch(r"the predictor raised ValueError: no idea \(test_remote\.py:\d+\)", messages[0])
 
 
 def test_it_works_inside_a_running_event_loop(addresses: dict[str, str]) -> None:

@@ -145,6 +145,9 @@ def test_the_command_verifies_tells_and_ends_with_1_where_it_differs(
     assert code == 1
     assert "lift_height: 0.5 in the record, 0.0 now" in err
     assert "Verified" not in out
+    code, out, err = cli(f"replay {changed(0, lift_height=0.00005)} {options}")
+    assert (code, err) == (0, "")
+    assert "Verified: the record is the same within rounding.\n  lift_height: 5e-05 in the record, 0.0" in out
     code, _, err = cli(f"replay {folder} {options} --video film.doc")
     assert (code, "not .doc" in err) == (2, True)
 

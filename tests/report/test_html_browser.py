@@ -2,51 +2,20 @@
 
 from __future__ import annotations
 
-import shutil
-import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import pytest
+from html_browsing import BROWSER, PATIENCE, Opened, draw_charts, opening, until
 from html_runs import HOSTILE, two_runs, write_clutter
 
 from grasp_bench.report.html.page import write_html
 from grasp_bench.runs.folder import find_runs
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 pytestmark = pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed (Debian: chromium)")
-PATIENCE = 120_000
-"""Milliseconds that a step may take on a machine that is busy."""
 TRIALS = 150
-
-
-def until(page: Any, expression: str, arg: Any = None) -> None:
-    """Wait for a JavaScript expression; ``wait_for_function`` polls by ``eval``, which the page forbids."""
-    deadline = time.monotonic() + PATIENCE / 1000
-    while not page.evaluate(expression, arg):
-        assert time.monotonic() < deadline, f"never true: {expression}"
-        page.wait_for_timeout(20)
-
-
-@dataclass
-class Opened:
-    """A page, and what its browser complained of or asked for."""
-
-    page: Any
-    url: str
-    complaints: list[str] = field(default_factory=list)
-    requests: list[str] = field(default_factory=list)
-
-    def go(self, address: str = "") -> None:
-        self.page.goto("about:blank")
-        self.page.goto(self.url + address)
-        until(self.page, "document.documentElement.dataset.ready")
-
-    def names(self) -> list[str]:
-        return self.page.locator("#grid .name").all_inner_texts()
 
 
 @pytest.fixture(scope="module")
@@ -65,28 +34,8 @@ def browser() -> Iterator[Any]:
 
 @pytest.fixture
 def opened(browser: Any, report: Path, request: pytest.FixtureRequest) -> Iterator[Opened]:
-    options = getattr(request, "param", {})
-    context = browser.new_context(**({"viewport": {"width": 1200, "height": 900}} | options))
-    context.set_default_timeout(PATIENCE)
-    page = context.new_page()
-    found = Opened(page, report.as_uri())
-    page.on("console", lambda m: found.complaints.append(m.text) if m.type in ("error", "warning") else None)
-    page.on("pageerror", lambda e: found.complaints.append(str(e)))
-    page.on("dialog", lambda d: (found.complaints.append(f"dialog {d.message}"), d.dismiss()))
-    page.on("request", lambda r: found.requests.append(r.url))
-    found.go()
-    yield found
-    assert found.complaints == []
-    outside = [u for u in found.requests if not u.startswith(("data:", "blob:", "about:", report.as_uri()))]
-    assert outside == []
-    context.close()
-
-
-def draw_charts(page: Any) -> int:
-    for box in page.query_selector_all(".chart"):
-        box.scroll_into_view_if_needed()
-    until(page, "[...document.querySelectorAll('.chart')].every(b => b.dataset.drawn)")
-    return page.locator(".chart .main-svg").count()
+    with opening(browser, report, getattr(request, "param", {})) as found:
+        yield found
 
 
 def test_all_charts_are_drawn_and_follow_the_theme(opened: Opened) -> None:
@@ -169,7 +118,7 @@ def test_a_trial_has_a_page_with_pictures_numbers_and_the_other_runs(opened: Ope
     numbers = page.inner_text(".numbers")
     assert "300.5 px" in numbers
     assert "28.65°" in numbers
-    assert page.inner_text("#replay") == "grasp-bench replay 'it'\\''s <b>bold<' --trial 1 --video trial.mp4"
+    assert page.inner_text("#replay") == "grasp-bench replay 'it'\\''s <b>bold<' --trial 1 --video trial.gif"
     page.click("#others a")
     until(page, "document.getElementById('trial-title').textContent.endsWith('of plain')")
     assert page.inner_text(".no-media") == "No picture of this trial is in this file."
@@ -238,12 +187,13 @@ def test_everything_works_from_the_keyboard(opened: Opened) -> None:
     page.keyboard.press("/")
     until(page, "document.activeElement.id === 'search'")
     page.keyboard.type("slipped plain")
+    on_a_trial = "document.activeElement.matches('#grid a, #list a')"
     until(page, "document.getElementById('count').textContent.startsWith('25 of')")
     for _ in range(40):
         page.keyboard.press("Tab")
-        if page.evaluate("document.activeElement.closest('#grid') !== null"):
+        if page.evaluate(on_a_trial):
             break
-    assert page.evaluate("document.activeElement.closest('#grid') !== null")
+    assert page.evaluate(on_a_trial)
     outline = "getComputedStyle(document.activeElement).outlineStyle"
     assert page.evaluate(outline) != "none"
     page.keyboard.press("Enter")
@@ -255,7 +205,7 @@ def test_everything_works_from_the_keyboard(opened: Opened) -> None:
     until(page, "t => document.getElementById('trial-title').textContent === t", arg=first)
     page.keyboard.press("Escape")
     page.wait_for_selector("#overview:not([hidden])")
-    until(page, "document.activeElement.closest('#grid') !== null")
+    until(page, on_a_trial)
 
 
 CONTRAST = """() => {

@@ -17,12 +17,11 @@ from html_runs import CLOSING, HOSTILE, two_runs, write_clutter, write_run
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.objects.catalog import Catalog
 from grasp_bench.report import breakdown
-from grasp_bench.report.compare import compare_all
 from grasp_bench.report.html.page import write_html
 from grasp_bench.report.html.trials import embed, rows_of
 from grasp_bench.report.run import Run
 from grasp_bench.runs.folder import find_runs
-from grasp_bench.runs.statistics import Rate, mcnemar
+from grasp_bench.runs.statistics import Rate
 
 
 class Page(HTMLParser):
@@ -158,7 +157,7 @@ def test_an_episode_has_its_attempts_with_their_pictures(tmp_path: Path) -> None
     run = Run(folder)
     failed = [folder / "media" / f"00000-01{kind}.webp" for kind in ("", "-clip")]
     budget = sum(-(-p.stat().st_size // 3) * 4 for p in failed)
-    few = embed([run], rows_of(0, run, {}), budget)
+    few = embed([run], rows_of(0, run, {}, {}), budget)
     assert (sorted(few.media), few.left_out) == (["0-0-1"], 3)  # what failed comes first
 
 
@@ -174,24 +173,6 @@ def test_a_file_that_cannot_be_written_is_named(runs: Path, tmp_path: Path) -> N
 
 
 # ---------------------------------------------------------------- figures behind it
-
-
-def test_runs_are_compared_on_the_trials_they_share(tmp_path: Path) -> None:
-    one = Run(write_run(tmp_path / "a", "oracle", ["success", "success", "missed", "missed", "success"]))
-    two = Run(write_run(tmp_path / "b", "random", ["missed", "success", "success", "missed"]))
-    other = Run(write_run(tmp_path / "c", "random", ["success"] * 5, seed=7))
-    (pair,) = compare_all([one, two, other])
-    assert (pair.first, pair.second, pair.trials) == (0, 1, 4)
-    assert (pair.both, pair.first_only, pair.second_only, pair.neither) == (1, 1, 1, 1)
-    assert pair.discordant == (0, 2)
-    assert pair.p_value == mcnemar(1, 1)
-
-
-def test_trials_on_changed_object_files_are_not_compared(tmp_path: Path) -> None:
-    files = {"apple": {"visual.glb": "1"}}
-    one = Run(write_run(tmp_path / "a", "oracle", ["success"], objects=files))
-    two = Run(write_run(tmp_path / "b", "oracle", ["missed"], objects={"apple": {"visual.glb": "2"}}))
-    assert compare_all([one, two]) == []
 
 
 @pytest.mark.parametrize(

@@ -61,7 +61,7 @@ def report(told: Report) -> dict[str, Any]:
 
 
 def test_the_report_is_runs_and_a_table_as_plain_json(report: dict[str, Any]) -> None:
-    assert set(report) == {"note", "runs", "table4"}
+    assert set(report) == {"firmer", "groups", "merit", "note", "runs", "table4"}
     assert json.loads(json.dumps(report, allow_nan=False)) == report
 
 
@@ -131,7 +131,7 @@ def test_markdown_holds_rates_intervals_and_the_note(told: Report) -> None:
     text = markdown(told.tables())
     assert "| HTC-Grasp | 168/180 | 93.3% | 88.7% – 96.1% | 93.3 % | paper, real robot |" in text
     assert "| Morrison | GG-CNN | 110/120 | 91.7% | 85.3% – 95.4% | 92.0 % |" in text
-    assert "| grasp-bench | oracle | 2/5 | 40.0% | 11.8% – 76.9% |  | one |" in text
+    assert "| grasp-bench | oracle (control) | 2/5 | 40.0% | 11.8% – 76.9% |  | one: table4, seed 4 |" in text
     assert NOTE in text
     assert "| missed | 2 | 40.0% |" in text
     assert "Hardest objects: pan 0/2, mug 1/2" in text

@@ -30,6 +30,8 @@ SUITE = {
     "ideal",
     "low-friction",
     "noisy",
+    "office",
+    "shaded",
     "table4",
     "tilted-camera",
 }
@@ -66,6 +68,8 @@ def test_members_differ_from_the_reference_in_what_they_are_named_for() -> None:
         "ideal": {"sensor"},
         "low-friction": {"gripper", "table"},
         "noisy": {"sensor"},
+        "office": {"camera", "sensor", "look", "table", "surroundings"},
+        "shaded": {"look", "table"},
         "tilted-camera": {"camera"},
     }
 

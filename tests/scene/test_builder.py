@@ -32,6 +32,32 @@ def test_solver_settings_reach_the_model(
     assert (option.integrator, option.solver, option.jacobian, option.cone) == (3, 2, 0, 1)
 
 
+@pytest.mark.parametrize("floating", [False, True])
+def test_uncertain_physics_reaches_the_model(
+    table4: Scenario, models: dict[str, ObjectModel], floating: bool
+) -> None:
+    def compiled(**sections: dict[str, Any]) -> Any:
+        changes = {k: getattr(table4, k).model_copy(update=v) for k, v in sections.items()}
+        scenario, bar = table4.model_copy(update=changes), models["bar"]
+        return compile_floating(scenario, [bar]) if floating else compile_mjcf(compose(scenario, bar))
+
+    usual = compiled()
+    model = compiled(
+        physics={"cone": "pyramidal"},
+        objects={"centre_of_mass_mm": (3.0, -4.0, 5.0)},
+        gripper={"pad_stiffness": 4.0},
+    )
+    assert (usual.opt.cone, model.opt.cone) == (1, 0)
+    bodies = [usual.body(n).name for n in range(usual.nbody) if usual.body(n).name.startswith("object")]
+    assert bodies
+    for name in bodies:
+        np.testing.assert_allclose(model.body(name).ipos - usual.body(name).ipos, [0.003, -0.004, 0.005])
+        np.testing.assert_allclose(model.body(name).mass, usual.body(name).mass)
+    found = [g for g in range(model.ngeom) if model.geom(g).name.endswith(("left_pad", "right_pad"))]
+    assert len(found) == 2
+    np.testing.assert_allclose(usual.geom_solref[found, 0] / model.geom_solref[found, 0], 2)
+
+
 def test_a_model_that_vanishes_or_is_damaged_is_compiled_again(
     table4: Scenario, models: dict[str, ObjectModel], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

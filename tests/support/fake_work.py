@@ -19,10 +19,11 @@ from grasp_bench.execution.processes import Processes, WorkerPool
 from grasp_bench.execution.protocol import Answer
 from grasp_bench.runs.jobs import Job, Settings
 from grasp_bench.runs.record import Timings, TrialRecord
+from grasp_bench.system.spawning import die_with_parent
 
 
 def begin(settings: Settings) -> None:
-    worker._die_with_parent()
+    die_with_parent()
     if settings.predictor == "unstartable":
         worker._worker["broken"] = "RuntimeError: no weights here"
 

@@ -100,6 +100,9 @@ def test_success_lifts_carries_and_holds(scenario: Scenario, lying: ObjectModel)
     np.testing.assert_allclose(place[:2], scenario.motion.carry_to[:2], atol=0.02)
     assert trial.world.touch().elsewhere == ()
     assert record.sim_steps == trial.world.steps > 1000
+    assert trial.plan is not None
+    assert record.widening_mm == 1000 * trial.plan.widening
+    assert record.shortfall_mm == 1000 * trial.plan.shortfall
     assert set(trial.clock.seconds) == {"build", "settle", "render", "sense", "predict", "plan", "execute"}
 
 
@@ -149,8 +152,10 @@ def tower(tmp_path_factory: pytest.TempPathFactory) -> ObjectModel:
 
 def test_a_tower_that_the_hand_would_meet_is_seen(scenario: Scenario, tower: ObjectModel) -> None:
     trial = attempt(scenario, tower, Oracle())
-    assert trial.record.outcome is Outcome.APPROACH_COLLISION
-    assert trial.record.detail.startswith("the fingers reach only -")
+    assert trial.record.outcome is Outcome.BLOCKED
+    assert (trial.record.widening_mm, trial.record.shortfall_mm) == (None, None)
+    assert "above its top, as something is under the hand; the arm did not move" in trial.record.detail
+    assert "-" not in trial.record.detail
     assert trial.plan is None
 
 
@@ -327,7 +332,8 @@ def test_records_are_plain_json_with_every_field(scenario: Scenario, lying: Obje
     for predictor in (Oracle(), Says([])):
         record = attempt(scenario, lying, predictor).record.to_json()
         assert json.loads(json.dumps(record, allow_nan=False)) == record
-        assert set(record) == {
+        planned = {"widening_mm", "shortfall_mm"} if record["pose"] else set()
+        assert set(record) == planned | {
             "trial",
             "object",
             "category",
@@ -348,7 +354,7 @@ def test_records_are_plain_json_with_every_field(scenario: Scenario, lying: Obje
 
 def test_faults_of_the_harness_are_told_from_those_of_the_predictor() -> None:
     assert set(HARNESS_FAULTS) == {Outcome.UNSTABLE, Outcome.TIMEOUT, Outcome.ERROR}
-    assert len(Outcome) == 10
+    assert len(Outcome) == 11
 
 
 def test_without_a_cache_folder_a_trial_still_runs(

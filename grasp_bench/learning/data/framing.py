@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from grasp_bench.learning.data.levelling import levelled
 from grasp_bench.learning.data.rectangles import Sample
+from grasp_bench.predictors.tabletop import levelled
 from grasp_bench.system.arrays import Floats
 
 
@@ -74,7 +74,7 @@ class Framed:
 
     Attributes:
         rgb: (S, S, 3) uint8.
-        depth: (S, S) float32 metres, level, 0 = invalid.
+        depth: (S, S) float32 metres, 0 = invalid; level unless it was asked for as it is.
         rectangles: (N, 4, 2) in pixels of the frame; some may be outside.
         frame: the square of the image that is shown.
     """
@@ -85,8 +85,9 @@ class Framed:
     frame: Frame
 
 
-def framed(sample: Sample, frame: Frame, crop: int) -> Framed:
-    """Cut ``frame`` out of a sample, the table fitted in the middle ``crop`` px of it."""
+def framed(sample: Sample, frame: Frame, crop: int | None) -> Framed:
+    """Cut ``frame`` out of a sample, the table fitted in the middle ``crop`` px; None keeps the depth."""
     rgb = frame.cut(sample.rgb, fill=True)
-    depth = levelled(frame.cut(sample.depth, fill=False), crop)
+    depth = frame.cut(sample.depth, fill=False)
+    depth = depth if crop is None else levelled(depth, crop)
     return Framed(rgb, depth, frame.points(sample.rectangles).reshape(-1, 4, 2), frame)

@@ -9,11 +9,12 @@ import platform
 import zipfile
 from collections.abc import Callable
 from concurrent.futures import Future, as_completed
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pebble import ProcessPool
 
 from grasp_bench.errors import GraspBenchError
@@ -26,8 +27,10 @@ from grasp_bench.system.spawning import SpawnContext
 if TYPE_CHECKING:
     from grasp_bench.learning.data.synthetic import SynthConfig
 
-FORMAT = 2
+FORMAT = 3
 """Raise this when the same seed would give other scenes."""
+RENEWED_AFTER = 500
+"""Scenes after which a worker is started afresh: each leaves 0.4 MB behind."""
 TIMEOUT = 60
 """Seconds after which a scene is given up."""
 VALIDATION = 20
@@ -75,7 +78,7 @@ def generate(
         report(entry, False)
     failed: dict[int, str] = {}
     os.environ.update(dict.fromkeys(THREADS, "1"))  # inherited by the workers, which are started afresh
-    with ProcessPool(workers, max_tasks=200, context=SpawnContext()) as pool:
+    with ProcessPool(workers, max_tasks=RENEWED_AFTER, context=SpawnContext()) as pool:
         futures: dict[Future[Entry], int] = {
             pool.submit(_produce, TIMEOUT, out, i, seed, config): i for i in range(scenes) if i not in entries
         }
@@ -98,7 +101,7 @@ def generate(
 def _check_config(out: Path, seed: int, config: SynthConfig) -> None:
     import mujoco
 
-    wanted = {"format": FORMAT, "seed": seed, "config": asdict(config)}
+    wanted = {"format": FORMAT, "seed": seed, "config": config.described()}
     path = out / "config.json"
     if path.is_file():
         found = {k: v for k, v in json.loads(path.read_text()).items() if k in wanted}
@@ -139,12 +142,20 @@ def _produce(out: Path, index: int, seed: int, config: SynthConfig) -> Entry:
     from grasp_bench.learning.data.synthetic import make_scene
 
     cv2.setNumThreads(1)
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, **make_scene(seed, index, config))  # type: ignore[arg-type]
-    write_whole(out / _file(index), buffer.getvalue())
+    write_whole(out / _file(index), _packed(make_scene(seed, index, config)))
     entry = _entry(out, index, seed)
     assert entry is not None
     return entry
+
+
+def _packed(arrays: dict[str, NDArray]) -> bytes:
+    """Return what NumPy's ``savez_compressed`` would write, three times as fast and 3 % larger."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=2) as archive:
+        for name, array in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
+                np.lib.format.write_array(file, array, allow_pickle=False)
+    return buffer.getvalue()
 
 
 def _write_index(out: Path, entries: dict[int, Entry]) -> None:

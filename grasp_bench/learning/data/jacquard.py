@@ -54,7 +54,7 @@ class Jacquard(Collection):
             rgb, tiff = (labels.with_name(prefix + end) for end in ("RGB.png", f"{depth}_depth.tiff"))
             name = prefix.rstrip("_") or labels.parent.relative_to(root).as_posix()
             entries.append(Entry(name, _object(labels, prefix, root), labels, rgb, tiff))
-        return cls(root, *complete(root, entries), window=1024)
+        return cls(root, *complete(root, entries), window=1024, native=1024)
 
     def load(self, entry: Entry) -> Sample:
         """Read one sample; AssetError names a file that is damaged."""

@@ -32,10 +32,14 @@ class View:
     pose: CameraPose
     rays: Floats
 
-    def on_plane(self, height: Floats) -> Floats:
-        """Return world x, y (S, S, 2) at which each pixel sees the plane of its ``height`` (S, S)."""
-        distance = (height - self.pose.position[2]) / self.rays[..., 2]
-        return self.pose.position[:2] + self.rays[..., :2] * distance[..., None]
+    def on_plane(self, height: Floats, rays: Floats | None = None) -> Floats:
+        """Return world x, y (S, S, 2) at which each pixel sees the plane of its ``height`` (S, S).
+
+        The same for some pixels, whose ``rays`` (M, 3) and heights (M,) are given: (M, 2).
+        """
+        rays = self.rays if rays is None else rays
+        distance = (height - self.pose.position[2]) / rays[..., 2]
+        return self.pose.position[:2] + rays[..., :2] * distance[..., None]
 
     def grasps(
         self, centre: NDArray[np.floating], yaw: NDArray, opening: NDArray
@@ -86,32 +90,48 @@ def balanced(
 
 def refute(found: GraspField, tried: Candidates, held: NDArray[np.bool_], factor: float) -> GraspField:
     """Multiply quality by ``factor`` where the nearest grasp tried with like jaws failed."""
-    rows, columns = np.indices(found.quality.shape)
     nearest, verdict = np.full(found.quality.shape, NEAR + 1e-6), np.ones(found.quality.shape, bool)
+    reach = int(NEAR / CELL) + 1
     for row, column, yaw, success in zip(tried.rows, tried.columns, tried.yaw, held, strict=True):
+        near = tuple(slice(max(at - reach, 0), at + reach + 1) for at in (int(row), int(column)))
+        rows, columns = np.ogrid[near]
         distance = CELL * np.hypot(rows - row, columns - column)
-        turn = np.abs((found.yaw - yaw + np.pi / 2) % np.pi - np.pi / 2)
-        closer = (distance < nearest) & (turn <= ALIKE)
-        nearest[closer], verdict[closer] = distance[closer], success
+        turn = np.abs((found.yaw[near] - yaw + np.pi / 2) % np.pi - np.pi / 2)
+        closer = (distance < nearest[near]) & (turn <= ALIKE)
+        nearest[near][closer], verdict[near][closer] = distance[closer], success
     return replace(found, quality=(found.quality * np.where(verdict, 1, factor)).astype(np.float32))
 
 
 def dense(view: View, found: GraspField, field: HeightField, picture: Picture) -> Arrays:
     """Make label maps: each pixel has the best grasp of the cell it sees on the plane of that grasp's top."""
-    top = np.clip(view.pose.position[2] + view.rays[..., 2] * picture.depth, 0, None)
-    for _ in range(3):  # what the pixel sees itself, then twice more accurately
-        at = view.on_plane(top)
-        columns, rows = np.rint((at - field.origin) / CELL).astype(int).transpose(2, 0, 1)
-        inside = (rows >= 0) & (columns >= 0) & (rows < found.top.shape[0]) & (columns < found.top.shape[1])
-        cell = np.where(inside, rows, 0), np.where(inside, columns, 0)
-        value = np.where(inside, found.quality[cell], 0)
+    top = np.clip(view.pose.position[2] + view.rays[..., 2] * picture.depth, 0, None).ravel()
+    rays = view.rays.reshape(-1, 3)
+    cell, value = _at(view.on_plane(top, rays), found, field)  # what each pixel sees itself
+    seen = np.flatnonzero(value > 0)  # the others will see no grasp on any plane that they are given
+    rays, top = rays[seen], found.top[cell][seen].astype(float)
+    for _ in range(2):  # twice more accurately
+        cell, value = _at(view.on_plane(top, rays), found, field)
         top = np.where(value > 0, found.top[cell], top)
     stored = np.rint(255 * value).astype(np.uint8)
-    centre = np.concatenate([view.on_plane(top), top[..., None]], axis=-1)
+    centre = np.column_stack([view.on_plane(top, rays), top])
     _, angle, width = view.grasps(centre, found.yaw[cell], found.opening[cell])
     on = stored > 0
-    return {
-        "quality": stored,
-        "angle": np.where(on, angle, 0).astype(np.float16),
-        "width": np.where(on, width, 0).astype(np.float16),
-    }
+    maps: Arrays = {}
+    for name, kind, values in (
+        ("quality", np.uint8, stored),
+        ("angle", np.float16, np.where(on, angle, 0)),
+        ("width", np.float16, np.where(on, width, 0)),
+    ):
+        maps[name] = np.zeros(picture.depth.shape, kind)
+        np.put(maps[name], seen, values)
+    return maps
+
+
+def _at(
+    xy: Floats, found: GraspField, field: HeightField
+) -> tuple[tuple[NDArray[np.int64], NDArray[np.int64]], NDArray[np.float32]]:
+    """Return the cells (rows, columns) under world points (M, 2), and their quality, 0 outside the field."""
+    columns, rows = np.rint((xy - field.origin) / CELL).astype(int).T
+    inside = (rows >= 0) & (columns >= 0) & (rows < found.top.shape[0]) & (columns < found.top.shape[1])
+    cell = np.where(inside, rows, 0), np.where(inside, columns, 0)
+    return cell, np.where(inside, found.quality[cell], 0)

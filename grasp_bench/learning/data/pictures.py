@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.errors import AssetError
+from grasp_bench.grasps import Grasp, wrap_angle
 from grasp_bench.learning.data.opening import open_collection
 from grasp_bench.learning.data.real import RealScenes
-from grasp_bench.learning.data.scenes import Scene, is_generated, load_scene, read_index
+from grasp_bench.learning.data.scenes import Scene, is_generated, load_scene, read_index, unpacked
+from grasp_bench.networks.encoding import encode_depth
 
 CROP = 224
 """Side of the network's input for which real images are framed [px]."""
@@ -54,7 +56,13 @@ def _spread(number: int, count: int) -> list[int]:
 
 
 def _strip(scene: Scene, title: str) -> NDArray[np.uint8]:
-    """Draw four pictures (S, 4·S, 3) of one scene side by side."""
+    """Draw five pictures (S, 5·S, 3) of one scene side by side: colour with the grasps that held, colour with
+    them as people draw them, height as a network is shown it (holes red), quality and angle."""
+    drawn = scene.rgb.copy()
+    for x, y, angle, width, height, _ in scene.annotated if scene.annotated is not None else ():
+        box = Grasp(float(x), float(y), wrap_angle(float(angle)), float(width)).rectangle(float(height))
+        corners = np.round((box - 0.5) * 8).astype(np.int32)
+        cv2.polylines(drawn, [corners], True, (255, 200, 0), 1, cv2.LINE_AA, 3)
     photo = scene.rgb.copy()
     for grasp in scene.truths():
         corners = np.round((grasp.rectangle(height=12) - 0.5) * 8).astype(np.int32)
@@ -62,12 +70,11 @@ def _strip(scene: Scene, title: str) -> NDArray[np.uint8]:
         for a, b in ((1, 2), (3, 0)):  # the fingers
             cv2.line(photo, corners[a].tolist(), corners[b].tolist(), (230, 30, 40), 2, cv2.LINE_AA, 3)
     cv2.putText(photo, title, (4, 14), cv2.FONT_HERSHEY_SIMPLEX, 0.45, (128, 0, 128), 1, cv2.LINE_AA)
-    depth = scene.depth.astype(float)
-    near, far = np.percentile(depth[depth > 0], [0.5, 99.5])
-    shade = 230 - 200 * np.clip((depth - near) / max(far - near, 1), 0, 1)
-    grey = np.where(depth > 0, shade, 0).astype(np.uint8)
+    height = encode_depth(unpacked(scene.depth))
+    grey = np.dstack([np.clip(60 + 120 * height, 0, 255).astype(np.uint8)] * 3)
+    grey[scene.depth == 0] = (110, 0, 0)
     heat = cv2.applyColorMap(scene.quality, cv2.COLORMAP_INFERNO)[..., ::-1]
     hue = np.mod(scene.angle.astype(float) * 180 / np.pi, 180).astype(np.uint8)
     on = np.where(scene.quality > 12, 255, 0).astype(np.uint8)
-    angle = cv2.cvtColor(np.dstack([hue, on, np.maximum(on, 40)]), cv2.COLOR_HSV2RGB)
-    return np.asarray(np.hstack([photo, np.dstack([grey] * 3), heat, angle]), np.uint8)
+    hues = cv2.cvtColor(np.dstack([hue, on, np.maximum(on, 40)]), cv2.COLOR_HSV2RGB)
+    return np.asarray(np.hstack([photo, drawn, grey, heat, hues]), np.uint8)

@@ -30,7 +30,7 @@ class Sample:
         name: identifies the image in its collection.
         rgb: (H, W, 3) uint8.
         depth: (H, W) float32 metres, 0 where invalid. What it is measured from differs between data
-            sets (see their modules); :func:`grasp_bench.learning.data.levelling.levelled` makes them alike.
+            sets (see their modules); :func:`grasp_bench.predictors.tabletop.levelled` makes them alike.
         rectangles: (N, 4, 2) corners of the labelled good grasps [px].
         dropped: labelled rectangles that were left out because they hold NaN.
     """
@@ -73,12 +73,15 @@ class Collection(ABC):
         missing: files without which a labelled sample is incomplete, relative to ``root``.
         window: side of the square about the image's middle that is looked at [px]. Fixed for
             each data set, so that it does not depend on where the object is.
+        native: side of the square that the lineage's loaders give a network of any input size [px]; None
+            where they cut out that size without resizing.
     """
 
     root: Path
     entries: list[Entry]
     missing: list[str]
     window: int
+    native: int | None = None
 
     name: DatasetName = "cornell"
     images_in_full: int = 0

@@ -12,6 +12,7 @@ A folder has ``index.jsonl``, one scene a line: {"scene": "000123",
 
 and may hold
 
+    annotated   float32 (K, 6)    x, y [px], angle [rad], width, height [px], quality: as people draw grasps
     tried       float32 (M, 6)    x, y [px], angle [rad], width [px], quality, whether it held in physics
 
 and more, such as ``depth_true``, which is not read.
@@ -57,7 +58,7 @@ def unpacked(depth: NDArray[np.uint16]) -> NDArray[np.float32]:
 
 @dataclass(frozen=True)
 class Scene:
-    """One scene as stored; the arrays are those listed at the top of this module.
+    """One scene as stored; the arrays are those listed at the top of this module, None what it lacks.
 
     ``tried`` is empty where nothing was tried.
     """
@@ -69,6 +70,7 @@ class Scene:
     angle: NDArray[np.float16]
     width: NDArray[np.float16]
     grasps: NDArray[np.float32]
+    annotated: NDArray[np.float32] | None = None
     tried: NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 6), np.float32))
 
     @property
@@ -128,6 +130,7 @@ def load_scene(path: Path, crop: int = 0) -> Scene:
     try:
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in _ARRAYS}
+            annotated = file.get("annotated")
             if "tried" in file:
                 arrays["tried"] = np.asarray(file["tried"], np.float32).reshape(-1, 6)
     except Exception as error:  # damaged archives raise nearly anything, even tokenizer errors
@@ -136,7 +139,9 @@ def load_scene(path: Path, crop: int = 0) -> Scene:
             f"delete it and generate it again."
         ) from error
     _check(path, arrays, crop)
-    return Scene(path.stem, **arrays)
+    if annotated is not None and (annotated.ndim != 2 or annotated.shape[1] != 6):
+        raise AssetError(f"Scene {path}: annotated must be (K, 6), is {annotated.shape}; generate it again.")
+    return Scene(path.stem, **arrays, annotated=annotated)
 
 
 def _check(path: Path, arrays: dict[str, NDArray], crop: int) -> None:

@@ -10,13 +10,16 @@ depends on (seed, index) and the parameters only. The format is that of
     source      int8    (M,)      where each is from, see :data:`grasp_bench.learning.data.candidates.SOURCES`
     objects     int64   ()        how many there are
     intrinsics  float64 (4,)      fx, fy, cx, cy of the stored image [px]
+    annotated   float32 (K, 6)    grasps that held as people draw them, see
+                                  :mod:`grasp_bench.learning.data.stages.annotating`; not in plain scenes
     camera_position, camera_rotation   float64 (3,) [m] and (3, 3), columns are camera axes
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache
+from typing import Any
 
 import cv2
 import mujoco
@@ -31,13 +34,19 @@ from grasp_bench.learning.data import labels
 from grasp_bench.learning.data.candidates import Candidates, propose
 from grasp_bench.learning.data.random_shapes import RandomObject, random_color, random_object
 from grasp_bench.learning.data.scenes import packed
+from grasp_bench.learning.data.stages.annotating import annotated
+from grasp_bench.learning.data.stages.owning import OBJECTS_ONLY, only_of_objects
+from grasp_bench.learning.data.stages.shot import Shot, shoot
+from grasp_bench.learning.data.stages.staging import Stage, draw_stage, noisier
+from grasp_bench.learning.data.stages.style import Style
 from grasp_bench.planning import heightfield
 from grasp_bench.planning.heightfield import CELL, HeightField
 from grasp_bench.scenario.reading import load_scenario
-from grasp_bench.scenario.sections import Scenario, Sensor
+from grasp_bench.scenario.sections import Scenario
+from grasp_bench.scene.brief import BriefTries
 from grasp_bench.scene.builder import TABLE
-from grasp_bench.scene.floating import QUICK, FloatingGripper, compile_floating
-from grasp_bench.scene.rendering import Picture, raycast
+from grasp_bench.scene.floating import FloatingGripper, compile_floating
+from grasp_bench.scene.rendering import SHOWN_GROUPS, Picture, raycast
 from grasp_bench.scene.sensor import sense
 from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.poses import measure_heights
@@ -65,6 +74,8 @@ class SynthConfig:
         tries: number of grasps tried in physics per scene.
         refuted: factor on the quality of what failed in physics.
         hopeless: share of the scenes without a grasp that held which is kept.
+        style: how camera, surroundings, depth and colour are drawn; None for the scenario alone, a little
+            varied.
     """
 
     scenario: str = "table4"
@@ -74,18 +85,32 @@ class SynthConfig:
     tries: int = 20
     refuted: float = 0.2
     hopeless: float = 0.3
+    style: Style | None = None
+
+    def described(self) -> dict[str, Any]:
+        """Return the parameters as plain data; a plain style is left out, as older data sets have none."""
+        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        style = values.pop("style")
+        return values if style is None else values | {"style": style.model_dump(mode="json")}
 
 
 def make_scene(seed: int, index: int, config: SynthConfig) -> Arrays:
     """Make the arrays of the ``index``-th scene of ``seed``."""
     rng = np.random.default_rng(np.random.SeedSequence([seed, index]))
     for _ in range(LAYOUTS):
-        scenario = jittered(_base(config.scenario), rng)
+        stage = _staged(config, rng)
+        scenario = stage.scenario
         count = int(rng.integers(2, 4)) if rng.random() < config.several else 1
         objects = [random_object(rng) for _ in range(count)]
         gripper = FloatingGripper(compile_floating(scenario, list(objects)), scenario, count)
         if arrange(gripper, objects, config.spread, rng):
-            scene = record(gripper, objects, config, rng)
+            shot = None
+            if config.style is not None:
+                mujoco.mj_forward(gripper.model, gripper.data)
+                shot = shoot(stage, gripper.model, gripper.data, config.size, rng)
+                if not shot.usable(gripper.model):
+                    continue
+            scene = record(gripper, objects, config, rng, shot)
             if config.tries == 0 or len(scene["grasps"]) or rng.random() < config.hopeless:
                 return scene
     raise GraspBenchError(f"scene {index} of seed {seed}: nothing came to rest in {LAYOUTS} layouts")
@@ -95,6 +120,13 @@ def make_scene(seed: int, index: int, config: SynthConfig) -> Arrays:
 
 _base = cache(load_scenario)
 """Read once for all scenes of a process."""
+
+
+def _staged(config: SynthConfig, rng: Rng) -> Stage:
+    base = _base(config.scenario)
+    if config.style is None:
+        return Stage(jittered(base, rng))
+    return draw_stage(base, config.style, config.size, rng)
 
 
 def jittered(scenario: Scenario, rng: Rng) -> Scenario:
@@ -111,16 +143,7 @@ def jittered(scenario: Scenario, rng: Rng) -> Scenario:
     color = scenario.table.color if rng.random() < 0.4 else random_color(rng)
     table = scenario.table.model_copy(update={"color": tuple(np.clip(color + rng.normal(0, 0.03, 3), 0, 1))})
     return scenario.model_copy(
-        update={"camera": moved, "table": table, "sensor": _noisier(scenario.sensor, rng.uniform(0.3, 1.7))}
-    )
-
-
-def _noisier(sensor: Sensor, strength: float) -> Sensor:
-    sizes = ("axial_sigma", "axial_sigma_per_metre", "lateral_sigma_px", "rgb_sigma")
-    shares = ("mixed_pixels", "edge_dropout", "grazing_dropout", "speckle_dropout")
-    return sensor.model_copy(
-        update={k: strength * getattr(sensor, k) for k in sizes}
-        | {k: min(strength * getattr(sensor, k), 1.0) for k in shares}
+        update={"camera": moved, "table": table, "sensor": noisier(scenario.sensor, rng.uniform(0.3, 1.7))}
     )
 
 
@@ -165,23 +188,28 @@ def tipped(vertices: Floats, rng: Rng) -> Rotation:
 # ---------------------------------------------------------------- picture and labels
 
 
-def record(gripper: FloatingGripper, objects: list[RandomObject], config: SynthConfig, rng: Rng) -> Arrays:
-    """Take picture and labels of the scene at rest in ``gripper``."""
-    scenario = gripper.scenario
-    mujoco.mj_forward(gripper.model, gripper.data)
-    full, pose = scenario.camera.intrinsics, scenario.camera.pose
-    left, upper = (full.width - config.size) // 2, (full.height - config.size) // 2
-    crop = Intrinsics(config.size, config.size, full.fx, full.fy, full.cx - left, full.cy - upper)
+def record(
+    gripper: FloatingGripper,
+    objects: list[RandomObject],
+    config: SynthConfig,
+    rng: Rng,
+    shot: Shot | None = None,
+) -> Arrays:
+    """Make the arrays of the scene at rest in ``gripper``; without a ``shot`` a plain one is taken."""
+    if shot is None:
+        shot = plain_shot(gripper, config.size, rng)
+    crop, pose, picture = shot.intrinsics, shot.pose, shot.truth
     view = labels.View(crop, pose, crop.rays() @ pose.rotation.T)
-    picture = raycast(gripper.model, gripper.data, pose.position, view.rays)
-    image = sense(picture._replace(rgb=photo(gripper.model, picture, rng)), crop, scenario.sensor, rng)
 
     centres = np.array([gripper.data.body(f"object{i}").xpos[:2] for i in range(len(objects))])
     field = _heights(gripper, objects)
+    fixed = gripper.scenario.surroundings is not None
     yaws = heightfield.YAWS + rng.uniform(0, heightfield.YAWS[1])  # no direction is favoured
     found = labels.polished(heightfield.analyse(field, yaws, gripper=gripper.gripper))
     if len(objects) > 1:
         found = labels.balanced(found, field, view, _owner(gripper, picture, len(objects)), centres)
+    if fixed:
+        found = only_of_objects(found, field, _heights(gripper, objects, OBJECTS_ONLY))
     tried = propose(gripper, found, field, config.tries, rng)
     centre = np.column_stack(
         [field.origin[0] + tried.columns * CELL, field.origin[1] + tried.rows * CELL, tried.top]
@@ -191,11 +219,16 @@ def record(gripper: FloatingGripper, objects: list[RandomObject], config: SynthC
     listed = np.column_stack([pixel, angle, width, tried.quality, held]).astype(np.float32)
     grasps = listed[held, :5]
     grasps[:, 4] = 1
+    maps = labels.dense(view, labels.refute(found, tried, held, config.refuted), field, picture)
+    if fixed:
+        maps = shot.masked(maps, gripper.model)
+        grasps = grasps[shot.shows(grasps[:, :2])]
+        maps["annotated"] = annotated(grasps, shot.objects(gripper.model), shot.scale)
     return {
-        "rgb": image.rgb,
-        "depth": packed(image.depth),
+        "rgb": shot.rgb,
+        "depth": packed(shot.depth),
         "depth_true": packed(picture.depth),
-        **labels.dense(view, labels.refute(found, tried, held, config.refuted), field, picture),
+        **maps,
         "grasps": grasps,
         "tried": listed,
         "source": tried.source,
@@ -204,6 +237,18 @@ def record(gripper: FloatingGripper, objects: list[RandomObject], config: SynthC
         "camera_position": pose.position,
         "camera_rotation": pose.rotation,
     }
+
+
+def plain_shot(gripper: FloatingGripper, size: int, rng: Rng) -> Shot:
+    """Take the middle ``size`` px of the picture of the scenario's own camera, in a plain light."""
+    scenario = gripper.scenario
+    mujoco.mj_forward(gripper.model, gripper.data)
+    full, pose = scenario.camera.intrinsics, scenario.camera.pose
+    left, upper = (full.width - size) // 2, (full.height - size) // 2
+    crop = Intrinsics(size, size, full.fx, full.fy, full.cx - left, full.cy - upper)
+    picture = raycast(gripper.model, gripper.data, pose.position, crop.rays() @ pose.rotation.T)
+    image = sense(picture._replace(rgb=photo(gripper.model, picture, rng)), crop, scenario.sensor, rng)
+    return Shot(image.rgb, image.depth, picture, crop, pose, np.ones(picture.depth.shape, bool))
 
 
 def photo(model: mujoco.MjModel, picture: Picture, rng: Rng) -> NDArray[np.uint8]:
@@ -220,8 +265,10 @@ def photo(model: mujoco.MjModel, picture: Picture, rng: Rng) -> NDArray[np.uint8
     return np.clip(picture.rgb * shade[..., None] * light, 0, 255).astype(np.uint8)
 
 
-def _heights(gripper: FloatingGripper, objects: list[RandomObject]) -> HeightField:
-    """Measure true heights around the objects."""
+def _heights(
+    gripper: FloatingGripper, objects: list[RandomObject], groups: NDArray[np.uint8] = SHOWN_GROUPS
+) -> HeightField:
+    """Measure true heights around the objects, of what is in ``groups``."""
     clouds = []
     for i, model in enumerate(objects):
         body = gripper.data.body(f"object{i}")
@@ -235,6 +282,7 @@ def _heights(gripper: FloatingGripper, objects: list[RandomObject]) -> HeightFie
         (middle[0], middle[1]),
         (first[0], first[1]),
         float((high - low).max()) / 2 + MARGIN,
+        groups,
     )
 
 
@@ -247,10 +295,10 @@ def _owner(gripper: FloatingGripper, picture: Picture, count: int) -> NDArray[np
 
 def _attempts(gripper: FloatingGripper, tried: Candidates, centre: NDArray[np.floating]) -> NDArray[np.bool_]:
     """Try grasps about the world points ``centre`` (M, 3); return (M,) whether each held."""
-    state = gripper.state()
+    tries = BriefTries(gripper)
     return np.array(
         [
-            gripper.attempt(state, np.array([x, y, tip]), float(yaw), float(opening), QUICK).held
+            tries.holds(np.array([x, y, tip]), float(yaw), float(opening))
             for (x, y, _), tip, yaw, opening in zip(centre, tried.tip, tried.yaw, tried.opening, strict=True)
         ],
         bool,

@@ -12,17 +12,25 @@ from typing import Any, get_args
 
 import numpy as np
 
+from grasp_bench.camera import Intrinsics, RgbdImage
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.learning.data.folds import make_folds
 from grasp_bench.learning.data.opening import open_collection
 from grasp_bench.learning.data.scenes import load_scene, read_index
 from grasp_bench.learning.evaluation.fold_training import Training, train_fold
-from grasp_bench.learning.evaluation.protocols import CONVENTIONS, Case, evaluate_case, make_case
+from grasp_bench.learning.evaluation.protocols import (
+    CONVENTIONS,
+    Answer,
+    Case,
+    best_grasp,
+    judge_answer,
+    make_case,
+)
 from grasp_bench.learning.training.augment import View, crop_scene
 from grasp_bench.networks.registry import NETWORKS
 from grasp_bench.predictors.names import load_predictor
 from grasp_bench.predictors.network import NetworkPredictor
-from grasp_bench.predictors.protocol import Predictor, begin
+from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.runs.evaluation import (
     AnyDataset,
@@ -43,8 +51,8 @@ from grasp_bench.system.machine import cpu_name
 CROP = 224
 """Side of what predictors are shown, unless a network's input is another [px]."""
 
-Report = Callable[[Record], None]
-"""Called with the record of each image."""
+Report = Callable[[Record, Case], None]
+"""Called with the record of each image, and what was shown."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +68,8 @@ class Question:
         weights: file that a network uses instead of the shipped one.
         depth: which of Jacquard's is read, 'perfect' or 'stereo'.
         seed: makes the folds, and what 'legacy' draws.
+        rim: grasps nearer to the picture's edge than this do not count [px], as in the lineage's search for
+            peaks; 'legacy' has its own 20 px.
     """
 
     predictor: str
@@ -72,12 +82,21 @@ class Question:
     weights: Path | None = None
     depth: str = "perfect"
     seed: int = 0
+    rim: int = 0
+
+    @property
+    def conventions(self) -> dict[str, str]:
+        """What the protocol does, by name, with what was asked for besides."""
+        rim = {"rim": f"grasps within {self.rim} px of the picture's edge do not count"} if self.rim else {}
+        return CONVENTIONS[self.protocol] | rim
 
 
 def evaluate(
-    question: Question, training: Training | None = None, report: Report = lambda record: None
+    question: Question, training: Training | None = None, report: Report = lambda record, case: None
 ) -> Evaluation:
     """Answer a question, with training for each fold if ``training`` is given.
+
+    A predictor that fails on an image has that image wrong, and no more.
 
     Raises:
         AssetError: when data or weights are missing or damaged.
@@ -102,12 +121,12 @@ def evaluate(
     for fold in wanted:
         if training is not None:
             path, trained = train_fold(question.predictor, training, collection, folds, fold)
-            predictor = _network(question.predictor, path)
+            predictor = _prepared(NetworkPredictor(question.predictor, path), question)
         elif predictor is None:
             predictor = _load(question)
         crop = getattr(predictor, "crop", CROP)
         cases = (make_case(collection, i, crop, question.protocol, question.seed) for i in folds.test[fold])
-        found = list(_judge_all(predictor, cases, question.protocol, report, fold + 1))
+        found = list(_judge_all(predictor, cases, question, report, fold + 1))
         records += found
         correct = sum(r.verdict == "correct" for r in found)
         parts.append(Fold(fold=fold + 1, correct=correct, images=len(found), trained=trained))
@@ -128,42 +147,50 @@ def evaluate(
 def _load(question: Question) -> Predictor:
     if question.weights is not None or question.predictor not in SHIPPED:
         if question.predictor in NETWORKS:
-            return _network(question.predictor, question.weights)
+            return _prepared(NetworkPredictor(question.predictor, question.weights), question)
         if question.weights is not None:
             raise GraspBenchError(f"--weights is for networks; {question.predictor} is none.")
-    predictor: Any = load_predictor(question.predictor)
-    if hasattr(predictor, "level"):  # a network: data sets show their pictures as they are
-        predictor.level = False
-    return predictor
+    predictor = load_predictor(question.predictor)
+    return _prepared(predictor, question) if isinstance(predictor, NetworkPredictor) else predictor
 
 
-def _network(name: str, weights: Path | None) -> Predictor:
-    return NetworkPredictor(name, weights, level=False)
+def _prepared(network: NetworkPredictor, question: Question) -> Predictor:
+    """Let a network take the table off by itself, and pay now for what only its first call does."""
+    network.level = "none" if question.dataset == "synthetic" else "table"
+    side = network.crop
+    nothing = np.zeros((side, side, 3), np.uint8), np.zeros((side, side), np.float32)
+    network.predict(RgbdImage(*nothing, Intrinsics.from_fov(side, side, 1.0)))
+    return network
 
 
 def _judge_all(
-    predictor: Predictor, cases: Iterator[Case], protocol: Protocol, report: Report, fold: int = 1
+    predictor: Predictor, cases: Iterator[Case], question: Question, report: Report, fold: int = 1
 ) -> Iterator[Record]:
-    warm = False
     for i, case in enumerate(cases):
-        begin(predictor, np.random.default_rng(i))
-        if not warm:  # the first call pays for things that the others do not
-            evaluate_case(predictor, case, protocol)
-            warm = True
-        judged, seconds, cpu = evaluate_case(predictor, case, protocol)
-        record = Record(
-            fold=fold,
-            image=case.name,
-            object=case.object,
-            verdict=judged.verdict,
-            iou=round(judged.iou, 4),
-            milliseconds=round(1e3 * seconds, 2),
-            cpu_milliseconds=round(1e3 * cpu, 2),
-            labels=len(case.rectangles),
-            dropped=case.dropped,
-        )
-        report(record)
+        rng = np.random.default_rng(i)
+        answer = best_grasp(predictor, case, question.protocol, rng, question.rim)
+        record = _record(answer, case, question.protocol, fold)
+        report(record, case)
         yield record
+
+
+def _record(answer: Answer, case: Case, protocol: Protocol, fold: int) -> Record:
+    judged, best = judge_answer(answer, case, protocol), answer.grasp
+    said: dict[str, Any] = {"error": answer.error} if answer.error is not None else {}
+    if best is not None:
+        said["grasp"] = tuple(round(v, 4) for v in (best.x, best.y, best.angle, best.width))
+    return Record(
+        fold=fold,
+        image=case.name,
+        object=case.object,
+        verdict=judged.verdict,
+        iou=round(judged.iou, 4),
+        milliseconds=round(1e3 * answer.seconds, 2),
+        cpu_milliseconds=round(1e3 * answer.cpu, 2),
+        labels=len(case.rectangles),
+        dropped=case.dropped,
+        **said,
+    )
 
 
 def _evaluate_synthetic(question: Question, report: Report) -> Evaluation:
@@ -175,7 +202,7 @@ def _evaluate_synthetic(question: Question, report: Report) -> Evaluation:
             "Synthetic scenes have one protocol, strict, and their own held-out scenes; "
             "leave out --protocol and --folds."
         )
-    records = list(_judge_all(predictor, cases, "strict", report))
+    records = list(_judge_all(predictor, cases, question, report))
     return _result(
         question,
         records,
@@ -223,7 +250,7 @@ def _result(question: Question, records: list[Record], predictor: Any, **facts: 
         dataset=question.dataset,
         split=question.split,
         protocol=question.protocol,
-        conventions=CONVENTIONS[question.protocol],
+        conventions=question.conventions,
         seed=question.seed,
         correct=counts["correct"],
         images=len(records),

@@ -23,7 +23,8 @@ class Judged:
 
     Attributes:
         verdict: 'correct'; 'wrong_angle' when a label overlaps enough but none within 30°;
-            'elsewhere' when none overlaps enough; 'none' when there was no grasp.
+            'elsewhere' when none overlaps enough; 'none' when there was no grasp; 'error' when the
+            predictor failed.
         iou: largest intersection over union with a label within 30°.
         angle: between the grasp and the label that overlaps most [rad]; NaN where none overlaps.
     """

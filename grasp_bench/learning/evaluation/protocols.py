@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.camera import Intrinsics, RgbdImage
-from grasp_bench.errors import GraspBenchError
-from grasp_bench.grasps import Grasp
+from grasp_bench.errors import GraspBenchError, PredictorError
+from grasp_bench.grasps import Grasp, GraspMaps
 from grasp_bench.learning.data.framing import Frame, Framed, framed
 from grasp_bench.learning.data.rectangles import Collection, Sample
 from grasp_bench.learning.evaluation.metric import Judged, judge, legacy_best
-from grasp_bench.predictors.protocol import Predictor, PrivilegedPredictor, checked
+from grasp_bench.predictors.protocol import PrivilegedPredictor, ask, begin
 from grasp_bench.runs.evaluation import Protocol
 from grasp_bench.system.arrays import Floats
 
@@ -24,11 +24,14 @@ CONVENTIONS: dict[Protocol, dict[str, str]] = {
         "window": "the same square about the middle of every image; the labels are not looked at",
         "no augmentation": "images are evaluated as they are",
         "last step": "weights of the training's last step; the test fold chooses nothing",
+        "levelled": "the table, fitted by a polynomial of second degree, is taken off the depth",
         "best grasp": "one grasp an image, the highest of the quality map",
         "exact overlap": "areas of polygons, IoU > 0.25, angle within 30°",
     },
     "legacy": {
         "label-centred crop": "the window is centred on the mean of the labelled corners, within the image",
+        "native scale": "Cornell's pixels are not resized to the network's side; Jacquard's whole image is",
+        "depth as it is": "the table is not taken off; a network of this project does so itself",
         "augmented": "a random quarter turn and zoom by 1 to 2, as GG-CNN's and GR-ConvNet's code validate",
         "angle smoothed": "a Gaussian filter on the wrapped angle map, across its ±90° seam",
         "peak": "best maximum above 0.2, 20 px from the border; none counts as wrong",
@@ -46,7 +49,7 @@ class Case:
     Attributes:
         name: identifies the sample in its collection.
         object: what it shows, if known.
-        rgb, depth: as in :class:`grasp_bench.learning.data.framing.Framed`.
+        rgb, depth: as in :class:`grasp_bench.learning.data.framing.Framed`; level in 'strict' only.
         rectangles: (N, 4, 2) labels in pixels of the case.
         dropped: number of labels that held NaN.
     """
@@ -66,7 +69,7 @@ def make_case(collection: Collection, index: int, crop: int, protocol: Protocol,
     if protocol == "strict":
         seen = framed(sample, Frame.middle(sample.depth.shape, collection.window, crop), crop)
     else:
-        seen = _legacy_view(sample, collection.window, crop, np.random.default_rng([seed, index]))
+        seen = _legacy_view(sample, collection.native or crop, crop, np.random.default_rng([seed, index]))
     return Case(sample.name, entry.object, seen.rgb, seen.depth, seen.rectangles, sample.dropped)
 
 
@@ -77,7 +80,7 @@ def _legacy_view(sample: Sample, window: int, crop: int, rng: np.random.Generato
         float(np.clip(m, min(window, n) / 2, n - min(window, n) / 2))
         for m, n in zip(middle, (w, h), strict=True)
     )
-    seen = framed(sample, Frame(x, y, window * rng.uniform(0.5, 1.0), crop), crop)
+    seen = framed(sample, Frame(x, y, window * rng.uniform(0.5, 1.0), crop), None)
     turns = int(rng.integers(4))
     points = seen.rectangles
     for _ in range(turns):  # np.rot90 takes (x, y) to (y, S − x)
@@ -90,32 +93,73 @@ def _legacy_view(sample: Sample, window: int, crop: int, rng: np.random.Generato
     )
 
 
-def best_grasp(predictor: Any, case: Case, protocol: Protocol) -> tuple[Grasp | None, float, float]:
-    """Find the best grasp in pixels of the case, the seconds it took, and its processor seconds.
+@dataclass(frozen=True)
+class Answer:
+    """What a predictor said of one image.
+
+    Attributes:
+        grasp: the best, in pixels of the case; None for none.
+        seconds, cpu: what it took on the clock, and on a processor.
+        error: what the predictor raised, or why its answer is unusable; None where all is well.
+    """
+
+    grasp: Grasp | None
+    seconds: float
+    cpu: float
+    error: str | None = None
+
+
+def best_grasp(
+    predictor: Any, case: Case, protocol: Protocol, rng: np.random.Generator, rim: int = 0
+) -> Answer:
+    """Ask for the best grasp of a case.
+
+    Args:
+        predictor: whom; for 'legacy' it must have ``maps(image) -> GraspMaps``.
+        rng: the image's random stream, for a predictor that has ``begin``.
+        rim: grasps whose centres are nearer than this to the picture's edge do not count in 'strict' [px].
 
     Raises:
         GraspBenchError: when the predictor cannot be evaluated on images, or not by this protocol.
-        PredictorError: when its answer is unusable.
     """
     image = as_image(case)
     if isinstance(predictor, PrivilegedPredictor):
         raise GraspBenchError(
             f"{type(predictor).__name__} needs the simulator's truth and cannot be evaluated on a data set."
         )
-    if protocol == "strict":
-        began = _clocks()
-        grasps = predictor.predict(image)
-        seconds = _clocks() - began
-        grasps = checked(grasps, image.intrinsics)
-        return (grasps[0] if grasps else None), *seconds.tolist()
-    if not hasattr(predictor, "maps"):
+    if protocol == "legacy" and not hasattr(predictor, "maps"):
         raise GraspBenchError(
-            "--protocol legacy filters a network's maps; this predictor gives grasps only. "
+            "--protocol legacy filters a network's maps; this predictor gives grasps only (no maps()). "
             "Use --protocol strict."
         )
     began = _clocks()
-    best = legacy_best(predictor.maps(image))
-    return best, *(_clocks() - began).tolist()
+    found, error = None, None
+    try:
+        if protocol == "strict":
+            grasps = ask(predictor, image, rng)
+            h, w = case.depth.shape
+            grasps = [g for g in grasps if rim <= g.x <= w - rim and rim <= g.y <= h - rim]
+            found = grasps[0] if grasps else None
+        else:
+            found = legacy_best(_maps(predictor, image, rng))
+    except PredictorError as raised:
+        error = str(raised)
+    seconds, cpu = (_clocks() - began).tolist()
+    return Answer(found, seconds, cpu, error)
+
+
+def _maps(predictor: Any, image: RgbdImage, rng: np.random.Generator) -> GraspMaps:
+    try:
+        begin(predictor, rng)
+        maps = predictor.maps(image)
+    except (Exception, SystemExit) as error:  # anything a foreign predictor may raise
+        raise PredictorError(f"maps() raised {type(error).__name__}: {str(error)[:1000]}") from error
+    if not isinstance(maps, GraspMaps) or maps.quality.shape != image.depth.shape:
+        raise PredictorError(
+            f"maps() must return GraspMaps of {image.depth.shape} px, got {type(maps).__name__}"
+            + (f" of {maps.quality.shape} px" if isinstance(maps, GraspMaps) else "")
+        )
+    return maps
 
 
 def _clocks() -> Floats:
@@ -129,7 +173,8 @@ def as_image(case: Case) -> RgbdImage:
     return RgbdImage(case.rgb, case.depth, Intrinsics.from_fov(w, h, np.radians(60.0)))
 
 
-def evaluate_case(predictor: Predictor, case: Case, protocol: Protocol) -> tuple[Judged, float, float]:
-    """Return the verdict on the best grasp, and the seconds and processor seconds that it took."""
-    grasp, seconds, cpu = best_grasp(predictor, case, protocol)
-    return judge(grasp, case.rectangles, rasterised=protocol == "legacy"), seconds, cpu
+def judge_answer(answer: Answer, case: Case, protocol: Protocol) -> Judged:
+    """Judge the best grasp by the protocol's metric; an error is a verdict of its own."""
+    if answer.error is not None:
+        return Judged("error")
+    return judge(answer.grasp, case.rectangles, rasterised=protocol == "legacy")

@@ -1,6 +1,7 @@
 """The report's charts as Plotly figures, without colours: the page sets those of its theme.
 
-A trace's ``meta`` says which colour it gets: ``{"run": 2}`` or ``{"outcome": "missed"}``.
+A trace's ``meta`` says what it is, by which the page colours and picks: ``{"run": 2}`` is of that run alone,
+``{"outcome": "missed"}`` and ``{"phase": 1}`` hold a value for each run, in the order of the runs.
 """
 
 from __future__ import annotations
@@ -57,9 +58,9 @@ def _rates(rows: Sequence[Rate | None]) -> dict[str, Any]:
     }
 
 
-def outcomes(runs: Sequence[Summary]) -> dict[str, Any]:
+def outcomes(runs: Sequence[Summary], names: list[str]) -> dict[str, Any]:
     """Draw how the trials of each run ended, in per cent."""
-    names = _labels([r.run for r in runs])
+    names = _labels(names)
     traces = []
     for outcome in [o for o in OUTCOMES if any(o in r.outcomes for r in runs)]:
         counts = [r.outcomes.get(outcome, 0) for r in runs]
@@ -155,7 +156,7 @@ def seconds(rows: Sequence[Latency], names: list[str]) -> dict[str, Any]:
             y=shown,
             x=[row.phases.get(p) for row in rows],
             orientation="h",
-            meta={"run": i},
+            meta={"phase": i},
             hovertemplate="%{y}: %{fullData.name} %{x:.3f} s<extra></extra>",
         )
         for i, p in enumerate(phases)

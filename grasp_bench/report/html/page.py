@@ -16,18 +16,18 @@ from plotly.offline import get_plotlyjs
 
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.objects.catalog import Catalog
-from grasp_bench.report import breakdown
-from grasp_bench.report.clutter import attempts_in_words, in_words
-from grasp_bench.report.compare import compare_all
-from grasp_bench.report.html import figures
-from grasp_bench.report.html.trials import Embedded, embed, rows_of, tries_of
-from grasp_bench.report.table4 import NOTE, Report
+from grasp_bench.report.html.content import content
+from grasp_bench.report.html.thumbnails import lacking, thumbnails
+from grasp_bench.report.html.trials import Embedded, embed, tries_of
 from grasp_bench.runs.results import RunResults
+from grasp_bench.system.integrity import write_whole
 
 PACKAGE = "grasp_bench.report.html"
 MEGABYTE = 1_000_000
 SIZE_LIMIT = 15 * MEGABYTE
 """Largest size of the file [bytes]; pictures that would exceed it are left out."""
+SCRIPTS = ("begin.js", "charts.js", "runs.js", "trials.js", "trial.js", "address.js")
+STYLES = ("report.css", "trials.css")
 PER_TRY = 128
 """Bytes around the pictures of a trial, or of an attempt of an episode, in the page."""
 
@@ -74,7 +74,7 @@ def write_html(
     text, embedded, count = render(runs, root, Catalog(objects), limit)
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_text(text, encoding="utf-8")
+        write_whole(out, text.encode())
     except OSError as error:
         raise GraspBenchError(f"{out} cannot be written ({error.strerror}).") from error
     return Written(out, len(text.encode()), count, embedded.found - embedded.left_out, embedded.left_out)
@@ -84,60 +84,24 @@ def render(
     runs: list[RunResults], root: Path | None, catalog: Catalog, limit: int
 ) -> tuple[str, Embedded, int]:
     """Return the page, the pictures in it, and the number of its trials."""
-    report = Report.of(runs, root)
-    names = [r.run for r in report.runs]
-    facts = [breakdown.object_facts(run, catalog) for run in runs]
-    rows = [row for i, run in enumerate(runs) for row in rows_of(i, run, facts[i])]
-    kinds = breakdown.breakdowns(runs, facts)
-    quality = [breakdown.calibration(run) for run in runs]
-    times = [breakdown.latency(run) for run in runs]
-    charts = {
-        "outcomes": figures.outcomes(report.runs),
-        **{f"by-{k.key}": figures.success_by(k, names) for k in kinds},
-        "calibration": figures.calibration(quality, names),
-        "seconds": figures.seconds(times, names),
-    }
-    script, plotly = Markup(_asset("report.js")), get_plotlyjs()
-    data = {
-        "runs": [
-            {
-                "name": n,
-                "predictor": r.predictor,
-                "scenario": r.info.scenario_label,
-                "path": n if r.folder.is_absolute() else r.folder.as_posix(),
-            }
-            for n, r in zip(names, runs, strict=True)
-        ],
-        "outcomes": figures.OUTCOMES,
-        "trials": rows,
-    }
-    context = {
-        "in_words": in_words,
-        "attempts_in_words": attempts_in_words,
-        "note": NOTE,
-        "table4": report.rows,
-        "runs": report.runs,
-        "names": names,
-        "pairs": compare_all(runs),
-        "kinds": kinds,
-        "categories": breakdown.by_category(runs),
-        "quality": quality,
-        "times": times,
-        "charts": charts,
-        "data": data,
-        "count": len(rows),
+    context = content(runs, root, catalog)
+    rows = context["data"]["trials"]
+    script, plotly = Markup("".join(_asset(name) for name in SCRIPTS)), get_plotlyjs()
+    context |= {
         "version": version("grasp-bench"),
-        "style": Markup(_asset("report.css")),
+        "style": Markup("".join(_asset(name) for name in STYLES)),
         "script": script,
         "plotly": _packed(plotly),
         "policy": f"default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; "
         f"script-src {_hash(script)} {_hash(plotly)}",
     }
     template = _environment().get_template("report.html.j2")
-    bare = template.render(context, embedded=Embedded({}, 0, 0))
-    tries = sum(len(tries_of(row)) for row in rows)
-    embedded = embed(runs, rows, limit - len(bare.encode()) - PER_TRY * tries)
-    return template.render(context, embedded=embedded), embedded, len(rows)
+    bare = template.render(context, embedded=Embedded({}, 0, 0), thumbs={})
+    left = limit - len(bare.encode()) - PER_TRY * sum(len(tries_of(row)) for row in rows)
+    embedded = embed(runs, rows, left)
+    left -= sum(len(part) for media in embedded.media.values() for part in media.values())
+    thumbs = thumbnails(lacking(rows, embedded.media), catalog, left)
+    return template.render(context, embedded=embedded, thumbs=thumbs), embedded, len(rows)
 
 
 def _environment() -> Environment:
@@ -149,8 +113,14 @@ def _environment() -> Environment:
         lstrip_blocks=True,
     )
     environment.filters["percent"] = lambda x: f"{100 * x:.1f} %"
-    environment.filters["p"] = lambda p: "< 0.0001" if p < 1e-4 else f"{p:.2g}"
+    environment.filters["beside"] = _beside
     return environment
+
+
+def _beside(run: str, predictor: str) -> str:
+    """Return what a run's name says beside its predictor's."""
+    folder, _, name = run.rpartition("/")
+    return f"in {folder}" if folder and name == predictor else "" if run == predictor else run
 
 
 def _asset(name: str) -> str:

@@ -15,11 +15,13 @@ from grasp_bench.runs.record import Attempted
 from grasp_bench.runs.results import RunResults
 
 
-def rows_of(index: int, run: RunResults, facts: dict[str, ObjectFacts]) -> list[dict[str, Any]]:
+def rows_of(
+    index: int, run: RunResults, facts: dict[str, ObjectFacts], same: dict[int, int]
+) -> list[dict[str, Any]]:
     """Return one dictionary a trial of the run at position ``index``, without keys for what is unknown.
 
-    Lengths are in millimetres, angles in degrees: what people read. An episode of clutter has
-    such a dictionary for each of its ``attempts``.
+    ``same`` holds by trial what equal trials of all runs share. Lengths are in millimetres, angles in
+    degrees: what people read. An episode of clutter has such a dictionary for each of its ``attempts``.
     """
     seconds = {t.trial: round(t.total, 3) for t in load_timings(run.folder)}
     rows = []
@@ -27,6 +29,7 @@ def rows_of(index: int, run: RunResults, facts: dict[str, ObjectFacts]) -> list[
         row = {
             "run": index,
             "trial": record.trial,
+            "same": same.get(record.trial),
             **_numbers(record, facts),
             "seconds": seconds.get(record.trial),
         }
@@ -87,13 +90,17 @@ def tries_of(row: dict[str, Any]) -> list[tuple[int | None, dict[str, Any]]]:
     return list(enumerate(row["attempts"])) if "attempts" in row else [(None, row)]
 
 
+def name_of(run: int, trial: int, number: int | None) -> str:
+    """Return the name of a try in the page: ``0-17`` is trial 17 of the first run, ``0-17-2`` an attempt."""
+    return f"{run}-{trial}" if number is None else f"{run}-{trial}-{number}"
+
+
 @dataclass(frozen=True)
 class Embedded:
     """Pictures to put into the page.
 
     Attributes:
-        media: base64 of ``sheet`` and ``clip``, by a try's name in the page (``0-17`` is trial 17 of the
-            first run, ``0-17-2`` its third attempt).
+        media: base64 of ``sheet`` and ``clip``, by a try's name in the page (:func:`name_of`).
         found, left_out: number of all pictures and clips, and of those that did not fit.
     """
 
@@ -126,6 +133,5 @@ def embed(runs: list[RunResults], rows: list[dict[str, Any]], budget: int) -> Em
             left_out += 1
             continue
         budget -= size
-        name = f"{run}-{trial}" if number is None else f"{run}-{trial}-{number}"
-        media.setdefault(name, {})[kind] = base64.b64encode(path.read_bytes()).decode()
+        media.setdefault(name_of(run, trial, number), {})[kind] = base64.b64encode(path.read_bytes()).decode()
     return Embedded(media, found, left_out)

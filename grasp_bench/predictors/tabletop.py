@@ -1,4 +1,4 @@
-"""Depth made alike: the table level and everything on it at its height.
+"""Depth images of a table: made level, and told from what surrounds the table.
 
 Networks here are given height over the table, which they take to be at the median depth.
 That holds for a camera that looks straight down, but neither for Jacquard's, which is

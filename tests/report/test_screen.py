@@ -1,0 +1,155 @@
+"""The last screen of ``make bench``: the run made last beside others, its failures, what to do next."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import time
+from pathlib import Path
+
+import pytest
+from html_runs import write_run
+from typer.testing import CliRunner
+
+from grasp_bench.cli import app
+from grasp_bench.report.groups import DEVELOPED_ON, grouped, made_last, newest
+from grasp_bench.report.screen import LINES, screen
+from grasp_bench.report.summary import Summary
+from grasp_bench.report.table4 import build_report
+from grasp_bench.report.tables import as_text, markdown
+from grasp_bench.runs.folder import TRIALS, find_runs
+from grasp_bench.runs.results import RunResults
+from grasp_bench.scenario.reading import load_scenario
+
+RESULTS = Path(__file__).parents[2] / "results"
+MINE = "my_module:MyPredictor"
+
+
+def aged(folder: Path, seconds: float) -> Path:
+    """A run as if it had been made some time ago."""
+    then = time.time() - seconds
+    os.utime(folder / TRIALS, (then, then))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The committed runs with one that was made last."""
+    root = tmp_path_factory.mktemp("screen") / "results"
+    for folder in find_runs(RESULTS):
+        shutil.copytree(folder, root / folder.relative_to(RESULTS))
+        aged(root / folder.relative_to(RESULTS), 3600)
+    mine = shutil.copytree(root / "reference" / "gg-cnn", root / "mine")
+    info = json.loads((mine / "run.json").read_text())
+    (mine / "run.json").write_text(json.dumps(info | {"predictor": MINE}))
+    aged(mine, 0)
+    return root
+
+
+@pytest.fixture
+def lines(results: Path) -> list[str]:
+    return as_text(screen(find_runs(results), results), 80).splitlines()
+
+
+def test_the_table_takes_at_most_25_lines_of_80_columns(lines: list[str]) -> None:
+    end = next(i for i, line in enumerate(lines) if "displaced" in line)
+    assert end <= LINES
+    assert max(map(len, lines[: end + 1])) <= 80
+    assert len(lines) < 60
+
+
+def test_my_run_is_marked_among_the_rows_of_its_scenario(lines: list[str]) -> None:
+    marked = [line for line in lines if "▶" in line]
+    assert len(marked) == 1
+    assert MINE in marked[0]
+    assert "168/180" in marked[0]
+    assert "yours" in marked[0]
+    rows = [line.split()[0] for line in lines if "/180" in line and "%" in line and "trials" not in line]
+    assert len(rows) == 15 + 1  # and one of the paper
+    assert rows.index("oracle") > rows.index("tf-grasp")
+    assert f"development seed {DEVELOPED_ON}" in lines[0]
+
+
+def test_other_groups_are_a_line_each(lines: list[str]) -> None:
+    at = lines.index("Also here")
+    assert lines[at + 1 : at + 4] == [
+        "table4, development seed 0, 24 trials: htc-grasp 24/24, oracle 24/24",
+        "table4, seeds 5 to 9, 180 trials each: htc-grasp 876/900 = 97.3% (96.1% – 98.2%)",
+        "9 scenarios, seed 0, 180 trials each: htc-grasp 92.8% (tilted-camera) to 98.9% (ideal)",
+    ]
+
+
+def test_failures_are_told_with_reasons_and_what_to_do(lines: list[str]) -> None:
+    text = " ".join(" ".join(lines).split())
+    assert f"{MINE} failed in 12 of 180 trials" in text
+    assert "missed 5 the fingers closed without holding the object: beer_mug, butter_dish" in text
+    assert "--trial 9 --video trial.gif" in text
+    assert "--format html" in text
+
+
+def test_a_fresh_copy_has_no_run_of_mine(tmp_path: Path) -> None:
+    shutil.copytree(RESULTS / "reference", tmp_path / "results" / "reference")
+    text = as_text(screen(find_runs(tmp_path), tmp_path), 80)
+    assert "▶" not in text
+    assert "grasp-bench run --objects all" in text
+
+
+def test_a_run_alone_in_its_scenario_stands_beside_others_of_that_scenario(
+    results: Path, tmp_path: Path
+) -> None:
+    root = tmp_path / "results"
+    shutil.copytree(results / "reference", root / "reference")
+    for folder in find_runs(root):
+        aged(folder, 3600)
+    write_run(root / "mine", MINE, ["success", "missed"], seed=3)
+    text = as_text(screen(find_runs(root), root), 80)
+    assert "▶ my_module:MyPredictor" in text
+    assert "htc-grasp" in text
+    assert "Others tried 180 trials with seed 0." in " ".join(text.split())
+
+
+def test_many_runs_are_cut_and_mine_stays(tmp_path: Path) -> None:
+    for i in range(40):
+        aged(write_run(tmp_path / f"run{i:02}", f"m:P{i}", ["success"] * 3), 3600)
+    write_run(tmp_path / "worst", MINE, ["missed"] * 3)
+    text = as_text(screen(find_runs(tmp_path), tmp_path), 80)
+    assert sum("3/3" in line and "%" in line for line in text.splitlines()) <= LINES
+    assert "▶ my_module:MyPredictor" in text
+    assert "25 more of these trials: m:P" in text
+
+
+def test_other_scenarios_are_no_rows_of_table_4(tmp_path: Path) -> None:
+    heavy = load_scenario("heavy").model_dump(mode="json")
+    write_run(tmp_path / "a", "one", ["success"])
+    write_run(tmp_path / "b", "two", ["success"], scenario=heavy)
+    write_run(tmp_path / "c", "three", ["missed"], scenario=heavy)
+    report = build_report(find_runs(tmp_path), tmp_path)
+    assert [row.run for row in report.rows if row.run] == ["a"]
+    heads = [line for line in markdown(report.tables()).splitlines() if line.startswith("## ")]
+    assert heads == [
+        "## heavy, seed 0, 1 trial",
+        "## Table 4, re-measured: table4, development seed 0, 1 trial",
+    ]
+
+
+def test_the_newest_few_are_chosen_before_the_best(tmp_path: Path) -> None:
+    for i, outcome in enumerate(["missed", "success", "success", "missed", "success", "success"]):
+        aged(write_run(tmp_path / f"r{i}", f"m:P{i}", [outcome]), 100 * i)
+    runs = [RunResults(f) for f in find_runs(tmp_path)]
+    names = [r.folder.name for r in runs]
+    summaries = [Summary.of(r, tmp_path) for r in runs]
+    assert made_last(runs, names) == 0
+    assert newest(runs, names, grouped(summaries, 0)) == [0, 1, 2, 3]
+    for run in runs:
+        aged(run.folder, 500)
+    assert made_last(runs, names) is None
+    assert newest(runs, names, grouped(summaries)) == [1, 2, 4, 5]
+
+
+def test_the_command_prints_the_screen_and_all_on_request(results: Path) -> None:
+    short = CliRunner().invoke(app, ["report", str(results)])
+    long = CliRunner().invoke(app, ["report", str(results), "--all"])
+    assert short.exit_code == long.exit_code == 0
+    assert "Hardest objects" not in short.output
+    assert long.output.count("Hardest objects") == 31

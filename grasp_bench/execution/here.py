@@ -26,4 +26,4 @@ class Here:
 
         catalog, cell = Catalog(settings.objects), Workcell(settings.scenario, settings.renderer)
         for job in jobs:
-            yield attempt(job, settings, catalog, cell, self.predictor, self.raises)
+            yield attempt(job, settings, catalog, cell, self.predictor, raises=self.raises)

@@ -115,8 +115,8 @@ class Laili(Detector):
         wanted, vector, on = contact_maps(regions.flatten(0, 1), targets.repeat_interleave(LEARNT, 0))
         there = (some > 0).flatten()[:, None, None]
         # Contacts are few: their cells count ten times.
-        heats = ((heat - wanted).square() * (1 + 9 * wanted) * there).sum() / (there.sum() * CELLS)
-        heats = heats.nan_to_num()
+        errors = (heat - wanted).square() * (1 + 9 * wanted) * there
+        heats = errors.sum() / (CELLS * there.sum()).clamp(min=1)
         on = on & there
         vectors = ((partner - vector).abs().sum(1) * on).sum() / on.sum().clamp(min=1)
         same = self._consistency(inputs, features, found)

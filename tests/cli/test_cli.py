@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -38,10 +39,13 @@ def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
 
     class Sequential:
         def run(self, settings, jobs):
-            worker.load(settings)
-            yield from map(worker.do, jobs)
+            worker.load((settings.predictor,))
+            for job in jobs:
+                yield from worker.do(settings, job)
 
     monkeypatch.setattr("grasp_bench.api.make_executor", lambda *_, **__: Sequential())
+    for place in ("api", "execution.crew"):
+        monkeypatch.setattr(f"grasp_bench.{place}.early_crew", lambda *_, **__: nullcontext())
 
 
 @pytest.fixture(scope="session")

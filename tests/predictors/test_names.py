@@ -10,9 +10,10 @@ from typing import Any
 import pytest
 
 from grasp_bench.errors import AssetError, PredictorError, UnknownNameError
+from grasp_bench.networks.store import shipped_file
 from grasp_bench.predictors import load_predictor, names
 from grasp_bench.predictors.identity import identify
-from grasp_bench.predictors.names import Command, PythonPath, Server, parse
+from grasp_bench.predictors.names import Command, PythonPath, Server, parse, with_weights
 from grasp_bench.predictors.shipped import SHIPPED, Shipped
 from grasp_bench.predictors.use import in_use
 
@@ -21,6 +22,7 @@ from grasp_bench.predictors.use import in_use
     ("name", "kind"),
     [
         ("gg-cnn", "network"),
+        ("gg-cnn@my/gg-cnn.safetensors", "network"),
         ("oracle", "control"),
         ("mine:Mine", "own"),
         ("__main__:Outer.Mine", "own"),
@@ -47,6 +49,23 @@ def test_other_weights_of_a_network_are_a_predictor_of_their_own() -> None:
         "htc-grasp-1000.safetensors",
         "htc-grasp.safetensors",
     ]
+
+
+def test_a_network_with_weights_in_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "mine.safetensors"
+    name = with_weights("gg-cnn", path)
+    with pytest.raises(AssetError, match=r"mine\.safetensors are missing; train them"):
+        parse(name).load()
+    path.write_bytes(shipped_file("gg-cnn").path.read_bytes())
+    assert parse(name).facts(None) == {"files": {"mine.safetensors": sha256(path.read_bytes()).hexdigest()}}
+    assert parse(name).load().name == "gg-cnn"  # type: ignore[attr-defined]
+    path.write_bytes(shipped_file("tf-grasp-release").path.read_bytes())
+    with pytest.raises(AssetError, match="holds weights of network 'tf-grasp', not 'gg-cnn'"):
+        parse(name).load()
+    with pytest.raises(AssetError, match="weights of earlier versions are for 'tf-grasp-release' now"):
+        parse(with_weights("tf-grasp", path)).load()
+    with pytest.raises(PredictorError, match="--weights is for networks; oracle is none"):
+        with_weights("oracle", path)
 
 
 def test_a_predictor_is_identified_without_being_made(tmp_path: Path) -> None:

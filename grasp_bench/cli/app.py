@@ -25,6 +25,7 @@ from grasp_bench.cli.leaderboard import leaderboard_app
 from grasp_bench.cli.merge import merge_command
 from grasp_bench.cli.objects import objects_app
 from grasp_bench.cli.predictors import predictors_app, serve_command
+from grasp_bench.cli.rank import rank_command
 from grasp_bench.cli.replay import replay_command
 from grasp_bench.cli.report import report_command
 from grasp_bench.cli.run import run_command
@@ -71,6 +72,7 @@ app.add_typer(predictors_app, name="predictors")
 app.command("serve")(serve_command)
 app.add_typer(data_app, name="data")
 app.command("sweep")(sweep_command)
+app.command("rank")(rank_command)
 app.command("train")(train_command)
 app.command("evaluate")(evaluate_command)
 app.command("bench-table")(bench_table_command)

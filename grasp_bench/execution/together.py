@@ -42,7 +42,7 @@ def can_share(predictor: str) -> bool:
 def try_together(
     settings: Settings,
     predictors: Sequence[str],
-    rounds: Iterable[Round],
+    rounds: Iterable[Round | None],
     catalog: Catalog,
     workers: int,
     memory_limit: int | None = None,
@@ -57,7 +57,8 @@ def try_together(
     Args:
         settings: those of the run; whose predictor they name does not matter.
         predictors: names of all that any round may ask.
-        rounds: trials, each with the names of those that do it.
+        rounds: trials, each with the names of those that do it; None where the next one depends on what is
+            under way.
         catalog: of the objects.
         workers: number of processes.
         memory_limit: most memory of each [bytes]; by default its share of 80 % of the machine's.

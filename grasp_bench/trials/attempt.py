@@ -44,6 +44,7 @@ class Table:
         settle: brings the objects to rest in that world.
         alone: whether the world differs from all others of the workcell in one object only.
         take: takes the picture, as :func:`~grasp_bench.trials.workcell.take_picture` does.
+        another: makes another world with the objects at rest, where ``build`` gives the same one each time.
     """
 
     models: Sequence[ObjectModel]
@@ -51,9 +52,12 @@ class Table:
     settle: Callable[[World], None]
     alone: bool = False
     take: Callable[..., tuple[Picture, RgbdImage]] = take_picture
+    another: Callable[[], World] | None = None
 
     def fresh(self) -> World:
         """Return another world of the same objects at rest, the same to the bit."""
+        if self.another is not None:
+            return self.another()
         world = self.build()
         self.settle(world)
         return world

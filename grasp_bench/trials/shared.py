@@ -40,7 +40,8 @@ class SharedTable:
     @property
     def table(self) -> Table:
         """What an attempt finds."""
-        return replace(self._own, build=self._build, settle=self._settle, take=self._take)
+        found = replace(self._own, build=self._build, settle=self._settle, take=self._take)
+        return replace(found, another=self._own.fresh)
 
     def prepared(self) -> Table:
         """Build, settle and take the picture now, before anybody asks for it."""

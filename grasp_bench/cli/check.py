@@ -52,8 +52,10 @@ def check_command(
     [bold]regression[/bold] (exit 1): not so, and a drop is proven at level alpha, by McNemar's exact
     one-sided test.
 
-    [bold]inconclusive[/bold] (exit 0; 1 with --strict): neither. The trials are too few to prove a drop or
-    to exclude one of the margin; the power that is printed says what they can show.
+    [bold]underpowered[/bold] (exit 3): neither, and with so few trials a drop of the margin would rarely be
+    excluded even where nothing changed. It says how many trials would do.
+
+    [bold]inconclusive[/bold] (exit 0; 1 with --strict): neither, though there are trials enough.
 
     With --firmness 0.8, of runs with the scenario graded: the same verdicts on how firmly objects are held.
     No regression: a drop of the breaking force to 0.8 times is excluded, by bootstrap over objects.
@@ -91,3 +93,5 @@ def check_command(
         typer.echo(as_text(checked), nl=False)
     if checked.failed or (strict and checked.verdict is Verdict.INCONCLUSIVE):
         raise typer.Exit(1)
+    if checked.verdict is Verdict.UNDERPOWERED:
+        raise typer.Exit(3)

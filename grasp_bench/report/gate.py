@@ -5,7 +5,9 @@ Verdicts, and what they mean:
 - ``no regression``: a drop of the margin or more is excluded at level α (non-inferiority, by the
   lower limit of Tango's score interval for paired rates);
 - ``regression``: that is not so, and a drop is proven at level α (McNemar's exact test, one-sided);
-- ``inconclusive``: neither; the trials are too few to prove a drop or to exclude one;
+- ``underpowered``: neither, and so many trials would rarely have excluded a drop had nothing changed: it is
+  the number of trials that is to be mended;
+- ``inconclusive``: neither, though the trials would have done: something may have changed;
 - ``identical`` and ``different``: with ``exact``, where every record must be the same.
 """
 
@@ -41,6 +43,7 @@ class Verdict(StrEnum):
 
     NO_REGRESSION = "no regression"
     REGRESSION = "regression"
+    UNDERPOWERED = "underpowered"
     INCONCLUSIVE = "inconclusive"
     IDENTICAL = "identical"
     DIFFERENT = "different"
@@ -77,7 +80,9 @@ class Checked:
         power: chance to prove a drop as large as the margin, with as many trials won as here.
         visible: drop that is proven in 80 of 100 cases; None where none is.
         visible_unrelated: the same, had the two runs nothing to do with each other.
-        needed: trials that would exclude a drop of the margin in 80 of 100 cases.
+        needed: trials that would exclude a drop of the margin in 80 of 100 cases, were the shares of trials
+            lost and gained the true ones; None where none would.
+        enough: trials that would do so had nothing changed, as many trials differing in each direction.
         notes: what is worth knowing, in words.
     """
 
@@ -98,6 +103,7 @@ class Checked:
     visible: float | None
     visible_unrelated: float | None
     needed: int | None
+    enough: int | None
     notes: tuple[str, ...]
 
     @property
@@ -156,6 +162,10 @@ def check(
         verdict = Verdict.NO_REGRESSION
     else:
         verdict = Verdict.REGRESSION if p_worse <= alpha else Verdict.INCONCLUSIVE
+    unchanged = (lost + gained) / n / 2
+    enough = trials_to_exclude(margin, unchanged, unchanged, alpha)
+    if verdict is Verdict.INCONCLUSIVE and enough is not None and n < enough:
+        verdict = Verdict.UNDERPOWERED
     rate, share = successes[0] / n, gained / n
     drop = min(margin, rate)
     return Checked(
@@ -176,6 +186,7 @@ def check(
         visible=visible_drop(n, rate, share, alpha),
         visible_unrelated=visible_drop(n, rate, None, alpha),
         needed=trials_to_exclude(margin, lost / n, share, alpha),
+        enough=enough,
         notes=tuple(notes_on(old, now, p_worse <= alpha and verdict is Verdict.NO_REGRESSION)),
     )
 

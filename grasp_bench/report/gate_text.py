@@ -14,6 +14,8 @@ Either = Checked | CheckedFirmness
 SHOWN = 12
 """Changed trials that are listed."""
 
+UNDECIDED = (Verdict.INCONCLUSIVE, Verdict.UNDERPOWERED)
+
 
 def meaning(checked: Either) -> str:
     """Say in a sentence what the verdict means."""
@@ -31,7 +33,8 @@ def meaning(checked: Either) -> str:
         return f"All {checked.pairs.trials} records are the same."
     if checked.verdict is Verdict.DIFFERENT:
         return f"{len(checked.changed)} of {checked.pairs.trials} records differ."
-    more = f" About {checked.needed} trials would." if checked.needed else ""
+    would = checked.enough if checked.verdict is Verdict.UNDERPOWERED else checked.needed
+    more = f" About {would} trials would." if would else ""
     return (
         f"No drop is proven (p = {checked.p_worse:.2g}), but one of up to {-low:.1%} is not excluded; "
         f"these trials cannot tell a drop of {margin:.1%} from none.{more}"
@@ -92,7 +95,7 @@ def as_text(checked: Either) -> str:
 
 def as_markdown(checked: Either) -> str:
     """Return Markdown for a pull request's summary page."""
-    mark = {True: "❌", False: "⚠️" if checked.verdict is Verdict.INCONCLUSIVE else "✅"}[checked.failed]
+    mark = {True: "❌", False: "⚠️" if checked.verdict in UNDECIDED else "✅"}[checked.failed]
     title, more = f"{mark} grasp-bench: {checked.verdict}", len(checked.changed) - SHOWN
     tables = [TextTable(title, ("", ""), rows(checked), lead=meaning(checked), level=3)]
     if checked.changed:
@@ -110,14 +113,14 @@ def as_markdown(checked: Either) -> str:
 
 
 def as_junit(checked: Either) -> bytes:
-    """Return JUnit XML: one suite with the verdict, and a skipped test where it is inconclusive."""
+    """Return JUnit XML: one suite with the verdict, and a skipped test where nothing is decided."""
     suite = Xml.Element(
         "testsuite",
         name="grasp-bench check",
         tests="1",
         failures=str(int(checked.failed)),
         errors="0",
-        skipped=str(int(checked.verdict is Verdict.INCONCLUSIVE)),
+        skipped=str(int(checked.verdict in UNDECIDED)),
     )
     properties = Xml.SubElement(suite, "properties")
     for name, value in rows(checked):
@@ -132,7 +135,7 @@ def as_junit(checked: Either) -> bytes:
         Xml.SubElement(
             case, "failure", message=_xml(meaning(checked)), type=str(checked.verdict)
         ).text = _xml(as_text(checked))
-    elif checked.verdict is Verdict.INCONCLUSIVE:
+    elif checked.verdict in UNDECIDED:
         Xml.SubElement(case, "skipped", message=_xml(meaning(checked)))
     Xml.SubElement(suite, "system-out").text = _xml(as_text(checked))
     root = Xml.Element("testsuites")

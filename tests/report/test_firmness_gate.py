@@ -101,7 +101,7 @@ def test_impossible_options_are_refused(tmp_path: Path, option: str, value: floa
 def test_the_command_gates_on_it(tmp_path: Path, cli: Callable[[str], Any]) -> None:
     old, new = graded(tmp_path / "old", spread), graded(tmp_path / "new", lambda t: 0.5 * spread(t))
     plain = write_run(tmp_path / "plain")
-    assert cli(f"check {new} --baseline {old}").code == 0  # as many succeed
+    assert cli(f"check {new} --baseline {old}").code == 3  # as many succeed
     worse = cli(f"check {new} --baseline {old} --firmness 0.8")
     assert (worse.code, worse.out.split(":")[0]) == (1, "REGRESSION")
     assert cli(f"check {new} --baseline {old} --firmness 0.4").code == 0

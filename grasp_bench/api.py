@@ -17,6 +17,8 @@ from grasp_bench.execution.runner import RunSummary
 from grasp_bench.execution.runner import run as run_trials
 from grasp_bench.media.modes import check_mode
 from grasp_bench.objects.catalog import Catalog, ObjectModel
+from grasp_bench.objects.fitted import graspable
+from grasp_bench.planning.reach import check_reach
 from grasp_bench.predictors.guard import Guard
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.report.run import Run
@@ -36,11 +38,14 @@ OnTrial = Callable[[TrialRecord, bool], None]
 
 
 class FinishedRun(Run):
-    """A :class:`Run` with a ``summary`` of the call that made it: trials found done, and added."""
+    """A :class:`Run` with a ``summary`` of the call that made it: trials found done, and added.
 
-    def __init__(self, summary: RunSummary) -> None:
+    ``left_out`` are the objects asked for that the robot's gripper cannot grasp in any resting pose.
+    """
+
+    def __init__(self, summary: RunSummary, left_out: tuple[str, ...] = ()) -> None:
         super().__init__(summary.folder)
-        self.summary = summary
+        self.summary, self.left_out = summary, left_out
 
 
 def run(
@@ -120,6 +125,11 @@ def run(
         import_rerun()
     chosen = scenario if isinstance(scenario, Scenario) else load_scenario(os.fspath(scenario))
     catalog, names = select_objects(list(chosen.objects.names) or "all" if objects is None else objects)
+    check_reach(chosen)
+    robot = chosen.robot.loaded
+    names, left_out = graspable(catalog, names, robot.gripper)
+    if not names:
+        raise GraspBenchError(f"Gripper {robot.gripper.name} can grasp none of {', '.join(left_out[:8])}.")
     if chosen.clutter is not None and names != (list(chosen.objects.names) or catalog.names):
         # episodes draw from these
         reasons = {n: chosen.objects.names.get(n, "") for n in names}
@@ -166,7 +176,7 @@ def run(
         from grasp_bench.media.rerun_log import join_parts
 
         join_parts(folder, log)
-    return FinishedRun(summary)
+    return FinishedRun(summary, tuple(left_out))
 
 
 def load(folder: PathLike) -> Run:

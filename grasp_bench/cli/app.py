@@ -16,11 +16,13 @@ from typing import Annotated
 
 import typer
 
+from grasp_bench.cli.arms import arms_app
 from grasp_bench.cli.cache import cache_app
 from grasp_bench.cli.check import check_command
 from grasp_bench.cli.data import data_app
 from grasp_bench.cli.doctor import doctor_command
 from grasp_bench.cli.evaluate import bench_table_command, evaluate_command
+from grasp_bench.cli.grippers import grippers_app
 from grasp_bench.cli.leaderboard import leaderboard_app
 from grasp_bench.cli.merge import merge_command
 from grasp_bench.cli.objects import objects_app
@@ -67,6 +69,8 @@ app.command("run")(run_command)
 app.command("report")(report_command)
 app.add_typer(objects_app, name="objects")
 app.add_typer(scenarios_app, name="scenarios")
+app.add_typer(grippers_app, name="grippers")
+app.add_typer(arms_app, name="arms")
 app.add_typer(leaderboard_app, name="leaderboard")
 app.add_typer(predictors_app, name="predictors")
 app.command("serve")(serve_command)

@@ -166,6 +166,12 @@ def run_command(
         console.print(f"{folder} is finished already: nothing was left to do.")
     elif summary.resumed:
         console.print(f"Resumed {folder}: {summary.resumed} trials were done, {summary.added} added.")
+    if done.left_out:
+        console.print(
+            f"[yellow]Left out, as the gripper cannot grasp them in any resting pose "
+            f"({len(done.left_out)}):[/yellow] {', '.join(done.left_out)}.",
+            soft_wrap=True,
+        )
     if as_json:
         typer.echo(json.dumps(told.to_json()))
     said = f" lifted {told.lifted}" if told.clutter is None else f": {in_words(told.clutter)}"

@@ -13,6 +13,7 @@ from grasp_bench.execution.executors import make_executor
 from grasp_bench.execution.here import Here
 from grasp_bench.execution.protocol import Executor, Fault, failed
 from grasp_bench.objects.catalog import Catalog
+from grasp_bench.objects.fitted import fitted
 from grasp_bench.predictors.identity import identify
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.runs.folder import ERRORS, RunFolder
@@ -99,8 +100,9 @@ def check_inputs(settings: Settings, jobs: Jobs) -> Catalog:
     check_current(settings.scenario)
     cache.limit()  # a wrong one is told now
     catalog = Catalog(settings.objects)
+    gripper = settings.scenario.robot.loaded.gripper
     for name in objects_of(settings, jobs, catalog):
-        model = catalog.load(name)  # every mesh is checked before the first trial
+        model = fitted(catalog.load(name), gripper)  # every mesh is checked before the first trial
         if not model.graspable_poses:
             raise GraspBenchError(f"{name} has no resting pose in which a grasp fits the gripper")
     return catalog

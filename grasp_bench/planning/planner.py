@@ -16,7 +16,7 @@ from grasp_bench.planning.refusals import Unreachable
 from grasp_bench.planning.seen import SeenScene
 from grasp_bench.planning.shake import amplitude, shaken
 from grasp_bench.robot.kinematics import InverseKinematics
-from grasp_bench.robot.robot import EC66_PARALLEL_85, Robot
+from grasp_bench.robot.robot import Robot
 from grasp_bench.robot.trajectory import Trajectory, through
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.system.arrays import Floats
@@ -65,11 +65,11 @@ def straight(start: Floats, end: Floats) -> list[Floats]:
 
 
 class Planner:
-    """Plans motions of a robot for grasps; keeps the IK solver between trials."""
+    """Plans motions of a robot, the scenario's by default; keeps the IK solver between trials."""
 
-    def __init__(self, scenario: Scenario, robot: Robot = EC66_PARALLEL_85) -> None:
-        self.scenario, self.robot = scenario, robot
-        self.ik = InverseKinematics(robot)
+    def __init__(self, scenario: Scenario, robot: Robot | None = None) -> None:
+        self.scenario, self.robot = scenario, robot or scenario.robot.loaded
+        self.ik = InverseKinematics(self.robot)
 
     def plan(self, scene: SeenScene, grasp: Grasp) -> Plan:
         """Plan the motion for one grasp.

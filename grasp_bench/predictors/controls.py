@@ -25,8 +25,6 @@ from grasp_bench.system.arrays import Floats
 
 FOREGROUND = 0.006
 """What stands out of the table by less than this is not seen by the depth-only controls [m]."""
-JAW_OPENING = PARALLEL_85.opening
-"""What the depth-only controls know of the gripper [m]."""
 
 
 class Oracle(PrivilegedPredictor):
@@ -111,6 +109,11 @@ def project_grasp(
 # ---------------------------------------------------------------- depth-only heuristics
 
 
+def _widest() -> float:
+    """Return the opening that the depth-only controls know of: that of the reference gripper [m]."""
+    return PARALLEL_85.opening
+
+
 def foreground(image: RgbdImage) -> tuple[NDArray[np.bool_], float]:
     """Return the (H, W) mask of the largest blob near the image's middle, and the table's depth [m].
 
@@ -147,7 +150,7 @@ class Centroid:
         minor = vectors[:, 0]  # eigenvalues ascend: the shorter axis comes first
         extent = np.ptp(offsets @ minor)
         near = float(np.median(image.depth[mask]))
-        widest = JAW_OPENING * image.intrinsics.fx / near
+        widest = _widest() * image.intrinsics.fx / near
         return [
             Grasp(
                 float(centre[0]),
@@ -181,7 +184,7 @@ class Random:
         i = int(self._rng.integers(len(rows)))
         angle = wrap_angle(self._rng.uniform(-math.pi / 2, math.pi / 2))
         near = max(float(image.depth[rows[i], columns[i]]), 0.1)
-        return Grasp(columns[i] + 0.5, rows[i] + 0.5, angle, JAW_OPENING * image.intrinsics.fx / near, 0.5)
+        return Grasp(columns[i] + 0.5, rows[i] + 0.5, angle, _widest() * image.intrinsics.fx / near, 0.5)
 
 
 class Random10(Random):
@@ -231,7 +234,7 @@ class Antipodal:
         line = points[second] - points[first]
         length = np.linalg.norm(line, axis=1)
         near = float(np.median(image.depth[mask]))
-        widest = JAW_OPENING * image.intrinsics.fx / near
+        widest = _widest() * image.intrinsics.fx / near
         line = line / np.maximum(length, 1e-9)[:, None]
         # Depth grows away from the object, so its gradient points outwards.
         out_first = -np.einsum("ij,ij->i", normal[first], line)

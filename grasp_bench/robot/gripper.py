@@ -1,78 +1,199 @@
-"""What the package knows of a gripper; it is written nowhere else.
-
-A gripper is a file of this room with one :class:`Gripper` in it; ``tests/robot/test_facts.py`` holds it
-against its model.
-"""
+"""What the package knows of a gripper: its folder's facts, and what is measured from its model."""
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
 
-from grasp_bench.system.paths import assets_dir
+import numpy as np
+
+from grasp_bench.robot.facts import files, folder_of, model_file, read
+from grasp_bench.robot.gripper_file import GripperFile
+from grasp_bench.system.arrays import Floats
+
+if TYPE_CHECKING:
+    from grasp_bench.robot.gripper_shape import GripperShape
+
+if TYPE_CHECKING:  # type checkers do not see that a cached_property meets a property of a frozen class
+    from builtins import property as cached_property
+else:
+    from functools import cached_property
+
+P = TypeVar("P", float, Floats)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Gripper:
     """A parallel gripper of two coupled fingers.
 
     Its frame is the flange's: z is the approach, x the direction in which the jaws open, the left finger on
-    its positive side. A finger's joint is 0 where the pads touch. The TCP lies between the lowest ends of the
-    finger tips. Pairs of names are of the left and the right side.
+    its positive side. A finger's *position* is 0 where the pads touch, and the stroke where they are open.
+    The TCP lies between the lowest ends of the finger tips. Pairs of names are of the left and the right
+    side.
 
     Attributes:
-        name: what the gripper is called in reports.
-        file: MJCF file below the assets folder.
+        name: by which it is found: a shipped gripper's name, or a path.
+        folder: where its files are.
+        facts: the content of its ``gripper.yaml``.
         scope: its name in composed models; those of its elements begin with ``arm's scope/scope/``.
-        stroke: travel of one finger [m].
-        finger_thickness: thickness of a finger and its pad near the tip, along the jaw direction [m].
-        finger_width: width of a finger across the jaw direction [m].
-        finger_length: distance from the tips up to the hand's underside [m].
-        pad: thickness along the jaw direction, width across it and height of a pad, whose lower end is the
-            finger's [m].
-        palm: extent of the hand's underside along and across the jaw direction [m].
-        flange_to_tcp: distance from the flange to the TCP, along the approach [m].
-        force: least and greatest force of each pad [N].
-        force_ratio: force of the actuator for a force of 1 N of each pad.
-        speed: greatest speed of each finger [m/s].
-        squeeze: how far inside the closed position a finger may be commanded [m].
-        actuator: moves the fingers; its command is the position of each [m].
-        finger_joints, fingers, pads: joints, bodies and geoms that touch what is held.
-        palm_body: body between flange and fingers.
-        tcp: site at the TCP, axes as the gripper's.
     """
 
     name: str
-    file: str
+    folder: Path
+    facts: GripperFile
     scope: str = "gripper"
-    stroke: float
-    finger_thickness: float
-    finger_width: float
-    finger_length: float
-    pad: tuple[float, float, float]
-    palm: tuple[float, float]
-    flange_to_tcp: float
-    force: tuple[float, float]
-    force_ratio: float
-    speed: float
-    squeeze: float
-    actuator: str
-    finger_joints: tuple[str, str]
-    fingers: tuple[str, str]
-    pads: tuple[str, str]
-    palm_body: str
-    tcp: str
 
     @property
     def path(self) -> Path:
-        """The MJCF file; its meshes are in the folder ``meshes`` beside it."""
-        return assets_dir() / self.file
+        """The MJCF file."""
+        return self.folder / self.facts.model
+
+    @cached_property
+    def shape(self) -> GripperShape:
+        """What is measured from the compiled model, when first asked for.
+
+        Raises:
+            AssetError: for a model that is not one of a parallel gripper.
+        """
+        from grasp_bench.robot.gripper_shape import measure
+
+        files(self.folder)
+        return measure(model_file(self.folder, self.facts.model), self.facts)
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 over all files of its folder."""
+        digest = hashlib.sha256()
+        for path in files(self.folder):
+            digest.update(f"{path.relative_to(self.folder).as_posix()}|{path.stat().st_size}|".encode())
+            digest.update(path.read_bytes())
+        return digest.hexdigest()
+
+    @property
+    def title(self) -> str:
+        """What it is called in reports."""
+        return self.facts.title
+
+    @property
+    def stroke(self) -> float:
+        """Travel of one finger [m]."""
+        return self.shape.stroke
 
     @property
     def opening(self) -> float:
         """Widest opening between the pads [m]."""
-        return 2 * self.stroke
+        return 2 * self.shape.stroke
+
+    @property
+    def finger_thickness(self) -> float:
+        """Thickness of a finger and its pad near the tip, along the jaw direction [m]."""
+        return self.shape.finger_thickness
+
+    @property
+    def finger_width(self) -> float:
+        """Width of a finger across the jaw direction [m]."""
+        return self.shape.finger_width
+
+    @property
+    def finger_length(self) -> float:
+        """Distance from the tips up to the hand's underside [m]."""
+        return self.shape.finger_length
+
+    @property
+    def pad(self) -> tuple[float, float, float]:
+        """Thickness along the jaw direction, width across it and height of a pad [m]."""
+        return self.shape.pad
+
+    @property
+    def palm(self) -> tuple[float, float]:
+        """Extent of the hand's underside along and across the jaw direction [m]."""
+        return self.shape.palm
+
+    @property
+    def flange_to_tcp(self) -> float:
+        """Distance from the flange to the TCP, along the approach [m]."""
+        return self.shape.flange_to_tcp
+
+    @property
+    def force_ratio(self) -> float:
+        """Force of the actuator for a force of 1 N of each pad."""
+        return self.shape.force_ratio
+
+    @property
+    def finger_joints(self) -> tuple[str, str]:
+        """Joints of the fingers."""
+        return self.shape.joints
+
+    @property
+    def force(self) -> tuple[float, float]:
+        """Least and greatest force of each pad [N]."""
+        return self.facts.force
+
+    @property
+    def speed(self) -> float:
+        """Greatest speed of each finger [m/s]."""
+        return self.facts.speed
+
+    @property
+    def squeeze(self) -> float:
+        """How far inside the closed position a finger may be commanded [m]."""
+        return self.facts.squeeze
+
+    @property
+    def actuator(self) -> str:
+        """The actuator that moves the fingers."""
+        return self.facts.actuator
+
+    @property
+    def fingers(self) -> tuple[str, str]:
+        """Bodies of the fingers."""
+        return self.facts.fingers
+
+    @property
+    def pads(self) -> tuple[str, str]:
+        """Geoms that touch what is held."""
+        return self.facts.pads
+
+    @property
+    def palm_body(self) -> str:
+        """Body between flange and fingers."""
+        return self.facts.palm
+
+    @property
+    def tcp(self) -> str:
+        """Site at the TCP, axes as the gripper's."""
+        return self.facts.tcp
 
     def actuator_range(self, force: float) -> list[float]:
         """Return the force range of the actuator, lower and upper [N], for ``force`` newtons of each pad."""
         return [-self.force_ratio * force, self.force_ratio * force]
+
+    def command(self, position: P) -> P:
+        """Return the actuator's command for a finger's position [m], below 0 to squeeze."""
+        commands = self.facts.commands
+        slope = (commands.open - commands.closed) / self.shape.stroke
+        return commands.closed + slope * position
+
+    def joints_at(self, position: float) -> Floats:
+        """Return the positions (2,) of the fingers' joints where a finger's position is ``position`` [m]."""
+        return np.array(self.shape.closed) + np.array(self.shape.slopes) * position
+
+    def positions(self, joints: Floats) -> Floats:
+        """Return the fingers' positions (2,) [m] from those of their joints (2,)."""
+        return (joints - np.array(self.shape.closed)) / np.array(self.shape.slopes)
+
+
+@lru_cache
+def load_gripper(name: str) -> Gripper:
+    """Load a gripper: a shipped one by name, or anyone's by the path of its folder.
+
+    Raises:
+        UnknownNameError: for a name that is neither.
+        AssetError: for a folder or a file that is not one of a gripper.
+    """
+    folder = folder_of("gripper", name)
+    facts = read(folder / "gripper.yaml", GripperFile)
+    return Gripper(name, folder, facts)

@@ -123,7 +123,8 @@ class InverseKinematics:
         for candidate in (pose, pose.flipped()):
             start = ready.copy()
             reach = float(np.hypot(*pose.position[:2]))
-            start[0] += bearing - math.asin(min(1.0, arm.shoulder / max(0.2, reach)))
+            aside = math.asin(min(1.0, max(-1.0, arm.shape.shoulder / max(0.2, reach))))
+            start[0] += arm.shape.turn * (bearing - aside - arm.shape.ahead)
             start[-1] = _wrist_guess(self, start, candidate)
             q = self.solve(candidate, start)
             if q is not None:
@@ -148,4 +149,6 @@ def _wrist_guess(ik: InverseKinematics, start: Joints, pose: GraspPose) -> float
     """Return the angle of the last joint that turns the jaws nearest to the wanted direction."""
     now = ik.forward(start).rotation
     error = math.atan2(float(now[:, 1] @ pose.rotation[:, 0]), float(now[:, 0] @ pose.rotation[:, 0]))
-    return math.remainder(float(start[-1]) + error, 2 * math.pi)
+    low, high = ik.robot.arm.position_limits[-1]
+    guess = math.remainder(float(start[-1]) + ik.robot.arm.shape.wrist * error, 2 * math.pi)
+    return min(high, max(low, guess))

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from grasp_bench.robot.arm import Arm
+from grasp_bench.robot.arm import Arm, load_arm
 from grasp_bench.robot.ec66 import EC66
-from grasp_bench.robot.gripper import Gripper
+from grasp_bench.robot.facts import files
+from grasp_bench.robot.gripper import Gripper, load_gripper
 from grasp_bench.robot.parallel_85 import PARALLEL_85
 
 
@@ -31,9 +32,13 @@ class Robot:
     @property
     def files(self) -> list[Path]:
         """All files that its models are made of, sorted."""
-        folders = {self.arm.path.parent, self.gripper.path.parent}
-        return sorted(path for folder in folders for path in folder.rglob("*") if path.is_file())
+        return sorted(path for folder in {self.arm.folder, self.gripper.folder} for path in files(folder))
 
 
 EC66_PARALLEL_85 = Robot(EC66, PARALLEL_85)
 """The robot of the benchmark's definition, and of all that is not given another."""
+
+
+def load_robot(arm: str, gripper: str) -> Robot:
+    """Load an arm and a gripper by name or path; see :func:`load_arm` and :func:`load_gripper`."""
+    return Robot(load_arm(arm), load_gripper(gripper))

@@ -64,6 +64,7 @@ def _read(path: Path, below: tuple[Path, ...]) -> dict[str, Any]:
         raise ScenarioError(f"{path} is not valid YAML: {error}") from error
     if not isinstance(content, dict):
         raise ScenarioError(f"{path} must hold keys and values, like scenarios/table4.yaml.")
+    _find_robot(content, path.parent)
     parent = content.pop("extends", None)
     if parent is None:
         return content
@@ -79,6 +80,16 @@ def _read(path: Path, below: tuple[Path, ...]) -> dict[str, Any]:
     return {k: v for k, v in inherited.items() if k not in ("name", "description")} | {
         k: _laid_over(inherited.get(k), v) for k, v in content.items()
     }
+
+
+def _find_robot(content: dict[str, Any], folder: Path) -> None:
+    """Make paths of a robot's parts, which are relative to the file's ``folder``, absolute."""
+    robot = content.get("robot")
+    if not isinstance(robot, dict):
+        return
+    for key, name in robot.items():
+        if isinstance(name, str) and ("/" in name or "\\" in name or name.startswith(".")):
+            robot[key] = str((folder / name).resolve())
 
 
 def _laid_over(inherited: Any, own: Any) -> Any:

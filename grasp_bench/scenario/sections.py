@@ -8,10 +8,14 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, ValidationError, ValidationInfo, field_validator, model_validator
+from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from grasp_bench.camera import CameraPose, Intrinsics
-from grasp_bench.robot.parallel_85 import PARALLEL_85
+from grasp_bench.errors import GraspBenchError
+from grasp_bench.robot.gripper import load_gripper
+from grasp_bench.robot.robot import Robot as LoadedRobot
+from grasp_bench.robot.robot import load_robot
 from grasp_bench.scenario.fields import Fraction, NonNegative, Positive, Section, Vector
 from grasp_bench.scenario.look import Look
 from grasp_bench.scenario.sensors import Sensor
@@ -130,12 +134,32 @@ class Settling(Section):
     still_time: Positive = 0.1
 
 
-class Gripper(Section):
-    """The parallel gripper, within what the reference gripper can."""
+class Robot(Section):
+    """Which arm carries which gripper: shipped ones by name, others by the path of their folder.
 
-    force: Annotated[float, Field(ge=PARALLEL_85.force[0], le=PARALLEL_85.force[1])] = 60.0
-    closing_speed: Annotated[float, Field(gt=0, le=PARALLEL_85.speed)] = 0.075
-    squeeze: Annotated[float, Field(ge=0, le=PARALLEL_85.squeeze)] = 0.025
+    A path in a scenario's file is relative to that file.
+    """
+
+    arm: str = "ec66"
+    gripper: str = "parallel-85"
+
+    @property
+    def loaded(self) -> LoadedRobot:
+        """Arm and gripper, as their files say.
+
+        Raises:
+            UnknownNameError: for a name that is none.
+            AssetError: for files that are not those of an arm or a gripper.
+        """
+        return load_robot(self.arm, self.gripper)
+
+
+class Gripper(Section):
+    """How the gripper is used, within what the robot's can."""
+
+    force: Positive = 60.0
+    closing_speed: Positive = 0.075
+    squeeze: NonNegative = 0.025
     friction_scale: Positive = 1.0
     torsional_friction: NonNegative = 0.005
     pad_stiffness: Annotated[float, Field(ge=0.1, le=4)] = 1.0
@@ -240,6 +264,7 @@ class Scenario(Section):
     surroundings: Surroundings | None = None
     table: Table = Table()
     settling: Settling = Settling()
+    robot: Robot = Robot()
     gripper: Gripper = Gripper()
     motion: Motion = Motion()
     execution: Execution = Execution()
@@ -254,6 +279,31 @@ class Scenario(Section):
     @classmethod
     def _protocol(cls, given: Any) -> Any:
         return {"protocol": given} if isinstance(given, str) else given
+
+    @field_validator("gripper")
+    @classmethod
+    def _within_what_it_can(cls, asked: Gripper, info: ValidationInfo) -> Gripper:
+        """Refuse what the robot's gripper cannot do; that of a folder which is not here is not asked."""
+        robot = info.data.get("robot")
+        try:
+            able = None if robot is None else load_gripper(robot.gripper)
+        except GraspBenchError:  # said when it is used: results of a run are read where its robot is not
+            able = None
+        if able is None:
+            return asked
+        limits = {"force": able.force, "closing_speed": (0, able.speed), "squeeze": (0, able.squeeze)}
+        faults: list[InitErrorDetails] = []
+        for key, (least, most) in limits.items():
+            value = getattr(asked, key)
+            if not least <= value <= most:
+                side, limit = ("greater", least) if value < least else ("less", most)
+                told = {"side": side, "limit": f"{limit:g}", "name": able.name}
+                words = "Input should be {side} than or equal to {limit} with gripper {name}"
+                kind = PydanticCustomError("beyond", words, told)
+                faults.append({"type": kind, "loc": (key,), "input": value})
+        if faults:
+            raise ValidationError.from_exception_data("Gripper", faults)
+        return asked
 
     @model_validator(mode="after")
     def _consistent(self) -> Scenario:

@@ -74,7 +74,8 @@ class BriefTries:
         mujoco.mj_resetData(model, data)
         data.qpos[:] = self._state[0]
         data.ctrl[gripper.carrier_u] = data.qpos[gripper.carrier_q]
-        data.ctrl[gripper.jaw] = data.qpos[gripper.fingers].mean()
+        fingers = gripper.gripper.positions(data.qpos[gripper.fingers])
+        data.ctrl[gripper.jaw] = gripper.gripper.command(float(fingers.mean()))
         trees = [int(model.dof_treeid[v]) for v in gripper.object_v]
         for _ in range(FALL_ASLEEP):
             mujoco.mj_step(model, data)
@@ -93,11 +94,11 @@ class BriefTries:
         squeeze = -gripper.scenario.gripper.squeeze
         most = model.actuator_forcerange[gripper.jaw, 0]
         for jaw in np.arange(opening / 2, squeeze, -QUICK.closing_speed * model.opt.timestep * CHUNK):
-            data.ctrl[gripper.jaw] = jaw
+            data.ctrl[gripper.jaw] = gripper.gripper.command(float(jaw))
             mujoco.mj_step(model, data, CHUNK)
             if data.actuator_force[gripper.jaw] <= most:  # commanding more would change nothing
                 break
-        data.ctrl[gripper.jaw] = squeeze
+        data.ctrl[gripper.jaw] = gripper.gripper.command(squeeze)
         model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
         mujoco.mj_step(model, data, round(PAUSE / model.opt.timestep))
         grip = gripper.held()
@@ -108,7 +109,7 @@ class BriefTries:
     def _met_nothing(self) -> bool:
         gripper, data = self._gripper, self._gripper.data
         touched = touching(data, gripper.left | gripper.right, gripper.body >= 0).size > 0
-        return not touched and bool((data.qpos[gripper.fingers] < MET).all())
+        return not touched and bool((gripper.gripper.positions(data.qpos[gripper.fingers]) < MET).all())
 
     def _rises(self, grip: int) -> bool:
         """Begin the lift; return whether object ``grip`` comes to sit firm."""

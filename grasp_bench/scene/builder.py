@@ -13,14 +13,14 @@ import tempfile
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import mujoco
 import numpy as np
 from scipy.spatial import ConvexHull
 
 from grasp_bench.objects.catalog import ObjectModel, VisualPart
-from grasp_bench.robot.robot import EC66_PARALLEL_85, Robot
+from grasp_bench.robot.robot import Robot
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scenario.surroundings import Surroundings
 from grasp_bench.scene.hulls import merged
@@ -28,6 +28,9 @@ from grasp_bench.scene.mounting import load_robot
 from grasp_bench.scene.surroundings import SEEN_GROUP, UNTOUCHED, add_fixtures, table_top
 from grasp_bench.system import cache
 
+OfScenario = Literal["of the scenario"]
+OF_SCENARIO: OfScenario = "of the scenario"
+"""The robot that the scenario names."""
 OBJECT = "object"
 TABLE = "table"
 FLOOR = "floor"
@@ -209,7 +212,9 @@ def new_world(scenario: Scenario) -> Any:
     return root
 
 
-def compose(scenario: Scenario, model: SceneObject | None, robot: Robot | None = EC66_PARALLEL_85) -> Any:
+def compose(
+    scenario: Scenario, model: SceneObject | None, robot: Robot | OfScenario | None = OF_SCENARIO
+) -> Any:
     """Compose the MJCF model (``dm_control.mjcf.RootElement``) of a trial's world.
 
     Args:
@@ -218,6 +223,7 @@ def compose(scenario: Scenario, model: SceneObject | None, robot: Robot | None =
     """
     root = new_world(scenario)
     add_table(root, scenario)
+    robot = _chosen(robot, scenario)
     if robot is not None:
         root.attach(load_robot(robot, scenario, 1.0 if model is None else model.friction))
     if model is not None:
@@ -225,17 +231,21 @@ def compose(scenario: Scenario, model: SceneObject | None, robot: Robot | None =
     return root
 
 
+def _chosen(robot: Robot | OfScenario | None, scenario: Scenario) -> Robot | None:
+    return scenario.robot.loaded if isinstance(robot, str) else robot
+
+
 def object_name(which: int) -> str:
     """Return the name of the body of the ``which``-th of several objects."""
     return f"{OBJECT}{which}"
 
 
-def compose_many(scenario: Scenario, models: Sequence[SceneObject], robot: Robot = EC66_PARALLEL_85) -> Any:
+def compose_many(scenario: Scenario, models: Sequence[SceneObject]) -> Any:
     """Compose the MJCF model of a world with robot, table and several objects, named by
     :func:`object_name`."""
     root = new_world(scenario)
     add_table(root, scenario)
-    root.attach(load_robot(robot, scenario, 1.0))
+    root.attach(load_robot(scenario.robot.loaded, scenario, 1.0))
     for i, model in enumerate(models):
         add_object(root, model, scenario, object_name(i))
     return root
@@ -266,9 +276,10 @@ def _fixed_digest(robot: Robot | None) -> str:
 
 
 def compile_scene(
-    scenario: Scenario, model: ObjectModel | None, robot: Robot | None = EC66_PARALLEL_85
+    scenario: Scenario, model: ObjectModel | None, robot: Robot | OfScenario | None = OF_SCENARIO
 ) -> mujoco.MjModel:
     """Compile the model of a trial's world, or take it from the cache where it is there."""
+    robot = _chosen(robot, scenario)
     path = cache.folder() / f"{_digest(scenario, model, robot)}.mjb"
     if cache.used(path):
         try:

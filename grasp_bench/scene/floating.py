@@ -156,7 +156,8 @@ class FloatingGripper:
     def put(self, carrier: Any, opening: float) -> None:
         """Put the gripper at ``carrier`` (4,) [m, rad] with its jaws ``opening`` wide [m], at rest there."""
         self.data.qpos[self.carrier_q] = self.data.ctrl[self.carrier_u] = carrier
-        self.data.qpos[self.fingers] = self.data.ctrl[self.jaw] = opening / 2
+        self.data.qpos[self.fingers] = self.gripper.joints_at(opening / 2)
+        self.data.ctrl[self.jaw] = self.gripper.command(opening / 2)
 
     def settle(self, seconds: float) -> bool:
         """Let the objects come to rest with the gripper parked, and return whether they did."""
@@ -206,9 +207,9 @@ class FloatingGripper:
         squeeze = -self.scenario.gripper.squeeze
         chunk = 5
         for jaw in np.arange(opening / 2, squeeze, -routine.closing_speed * dt * chunk):
-            data.ctrl[self.jaw] = jaw
+            data.ctrl[self.jaw] = self.gripper.command(float(jaw))
             mujoco.mj_step(model, data, chunk)
-        data.ctrl[self.jaw] = squeeze
+        data.ctrl[self.jaw] = self.gripper.command(squeeze)
         mujoco.mj_step(model, data, int(routine.pause / dt))
         grip = self.held()
         if grip is None:

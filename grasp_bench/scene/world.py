@@ -11,7 +11,7 @@ import numpy as np
 from mujoco.rollout import rollout
 
 from grasp_bench.grasps import GraspPose
-from grasp_bench.robot.robot import EC66_PARALLEL_85, Robot
+from grasp_bench.robot.robot import Robot
 from grasp_bench.robot.trajectory import Trajectory
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import GROUND, OBJECT
@@ -60,7 +60,7 @@ class World:
         objects: names of the objects' bodies; the first is the target at the start.
         friction: each object's friction against the pads, which take on the target's; without it they stay as
             compiled.
-        robot: the one the model was compiled with.
+        robot: the one the model was compiled with; that of the scenario by default.
 
     Attributes:
         target: index of the object that is tried.
@@ -73,8 +73,9 @@ class World:
         scenario: Scenario,
         objects: Sequence[str] = (OBJECT,),
         friction: Sequence[float] | None = None,
-        robot: Robot = EC66_PARALLEL_85,
+        robot: Robot | None = None,
     ) -> None:
+        robot = robot or scenario.robot.loaded
         self.model, self.scenario, self.robot = model, scenario, robot
         arm, hand, gripper = robot.arm_prefix, robot.gripper_prefix, robot.gripper
         self.data = mujoco.MjData(model)
@@ -113,7 +114,8 @@ class World:
         """Put the resting arm at its home posture, jaws ``opening`` apart [m], or as wide as they go."""
         opening = self.robot.gripper.opening if opening is None else opening
         self.data.qpos[self._arm_q] = self.data.ctrl[self._arm_ctrl] = self.robot.arm.home
-        self.data.qpos[self._finger_q] = self.data.ctrl[self._jaw_ctrl] = opening / 2
+        self.data.qpos[self._finger_q] = self.robot.gripper.joints_at(opening / 2)
+        self.data.ctrl[self._jaw_ctrl] = self.robot.gripper.command(opening / 2)
 
     def place_object(self, position: Floats, quaternion: Floats) -> None:
         """Put the resting object at a world pose."""
@@ -223,7 +225,7 @@ class World:
     def command(self, q: Floats, velocity: Floats, jaw: float) -> None:
         """Set the servos: joint angles (N,) [rad] moving at ``velocity``, finger position [m]."""
         self.data.ctrl[self._arm_ctrl] = q + self._lead * velocity
-        self.data.ctrl[self._jaw_ctrl] = jaw
+        self.data.ctrl[self._jaw_ctrl] = self.robot.gripper.command(jaw)
 
     def follow(self, motion: Trajectory, jaw: float | Floats) -> None:
         """Run a whole trajectory; ``jaw`` is the finger command [m], fixed or one a sample."""
@@ -248,7 +250,7 @@ class World:
         warmstart = data.qacc_warmstart.copy()
         controls = np.repeat(data.ctrl[None], len(motion.positions), axis=0)
         controls[:, self._arm_ctrl] = motion.positions + self._lead * motion.velocities
-        controls[:, self._jaw_ctrl] = jaws
+        controls[:, self._jaw_ctrl] = self.robot.gripper.command(jaws)
         rollout(self.model, data, before, np.repeat(controls, repeat, axis=0), initial_warmstart=warmstart)
         if data.warning.number.any():
             data.warning.number[:] = 0
@@ -268,7 +270,7 @@ class World:
     @property
     def tcp(self) -> GraspPose:
         """Where the TCP is now."""
-        opening = float(self.data.qpos[self._finger_q].sum())
+        opening = float(self.robot.gripper.positions(self.data.qpos[self._finger_q]).sum())
         return GraspPose(
             self.data.site_xpos[self._tcp].copy(),
             self.data.site_xmat[self._tcp].reshape(3, 3).copy(),

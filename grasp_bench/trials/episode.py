@@ -57,7 +57,7 @@ def run_episode(
     failures = 0
     try:
         with clock.phase("settle"):
-            left = lay_out([catalog.load(n) for n in names], scenario, rng)
+            left = lay_out([cell.fitted(catalog.load(n)) for n in names], scenario, rng)
         while left and failures < scenario.clutter.failures:
             number = len(attempts)
             done = watched(

@@ -42,6 +42,7 @@ def run_trial(
 
 def own_table(cell: Workcell, model: ObjectModel, streams: Streams) -> Table:
     """Return what a trial on one object finds: the object alone, at rest where its streams put it."""
+    model = cell.fitted(model)
     return Table(
         [model],
         build=lambda: World(compile_scene(cell.scenario, model), cell.scenario),

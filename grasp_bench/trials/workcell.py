@@ -7,6 +7,8 @@ import math
 import numpy as np
 
 from grasp_bench.camera import CameraPose, RgbdImage
+from grasp_bench.objects.catalog import ObjectModel
+from grasp_bench.objects.fitted import fitted
 from grasp_bench.planning.planner import Planner
 from grasp_bench.scenario.reading import check_current
 from grasp_bench.scenario.sections import Calibration, Scenario
@@ -32,6 +34,14 @@ class Workcell:
         self._draw = drawer(scenario)
         self.camera = SceneCamera(scenario.camera.intrinsics, scenario.camera.pose, renderer, self._draw)
         self._true_cameras: dict[int, SceneCamera] = {}
+
+    def fitted(self, model: ObjectModel) -> ObjectModel:
+        """Return an object with the reference grasps of the robot's gripper.
+
+        Raises:
+            AssetError: where they were not worked out yet.
+        """
+        return fitted(model, self.planner.robot.gripper)
 
     def true_camera(self, streams: Streams) -> SceneCamera:
         """Return the camera that takes an attempt's picture, off the nominal one by the calibration's

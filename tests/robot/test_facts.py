@@ -8,16 +8,19 @@ import mujoco
 import numpy as np
 import pytest
 
-from grasp_bench.robot.arm import Arm
+from grasp_bench.errors import ScenarioError
+from grasp_bench.robot.arm import Arm, load_arm
 from grasp_bench.robot.ec66 import EC66
-from grasp_bench.robot.gripper import Gripper
+from grasp_bench.robot.facts import shipped
+from grasp_bench.robot.gripper import Gripper, load_gripper
 from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.robot.robot import EC66_PARALLEL_85
-from grasp_bench.scenario.sections import Gripper as Settings
+from grasp_bench.scenario.reading import parse_scenario
+from grasp_bench.scenario.sections import Scenario
 from grasp_bench.workshop import gripper_meshes
 
-ARMS = [EC66]
-GRIPPERS = [PARALLEL_85]
+ARMS = [load_arm(n) for n in shipped("arm")]
+GRIPPERS = [load_gripper(n) for n in shipped("gripper")]
 GROUP = 3
 """Geoms that collide."""
 
@@ -66,8 +69,9 @@ def test_joints_and_limits_of_an_arm(arm: Arm) -> None:
 @pytest.mark.parametrize("arm", ARMS, ids=lambda a: a.name)
 def test_postures_of_an_arm(arm: Arm) -> None:
     model, data = compiled(arm)
-    np.testing.assert_allclose(model.key("home").qpos, arm.home, atol=1e-12)
-    np.testing.assert_allclose(model.key("home").ctrl, arm.home, atol=1e-12)
+    for key in range(model.nkey):  # where a file has a keyframe for viewers, it is home
+        np.testing.assert_allclose(model.key(key).qpos, arm.home, atol=1e-12)
+        np.testing.assert_allclose(model.key(key).ctrl, arm.home, atol=1e-12)
     for posture in (arm.home, arm.ready):
         assert all(low < q < high for q, (low, high) in zip(posture, arm.position_limits, strict=True))
         data.qpos[:] = posture
@@ -81,7 +85,25 @@ def test_the_arms_plane_passes_the_base_at_the_shoulders_offset(arm: Arm) -> Non
     model, data = compiled(arm)
     data.qpos[:] = arm.ready
     mujoco.mj_forward(model, data)
-    assert abs(data.site(arm.flange).xpos[1]) == pytest.approx(arm.shoulder, abs=1e-9)
+    assert arm.ready[0] == 0
+    assert data.site(arm.flange).xpos[1] == pytest.approx(arm.shape.shoulder, abs=1e-6)
+
+
+def test_measures_of_the_ec66_are_those_with_which_the_benchmark_was_defined() -> None:
+    assert EC66.shape.shoulder == 0.122
+    assert EC66.shape.turn == EC66.shape.wrist == 1
+    assert EC66.torque_limits == (150.0, 150.0, 150.0, 28.0, 28.0, 28.0)
+
+
+def test_measures_of_parallel_85_are_those_with_which_the_benchmark_was_defined() -> None:
+    """To the bit: records depend on them."""
+    shape = PARALLEL_85.shape
+    assert (shape.stroke, shape.finger_thickness, shape.finger_width) == (0.0425, 0.008, 0.020)
+    assert (shape.finger_length, shape.flange_to_tcp, shape.force_ratio) == (0.065, 0.165, 2.0)
+    assert (shape.pad, shape.palm) == ((0.003, 0.020, 0.024), (0.132, 0.050))
+    anywhere = np.random.default_rng(0).uniform(-0.03, 0.0425, 1000)
+    np.testing.assert_array_equal(PARALLEL_85.command(anywhere), anywhere)
+    assert PARALLEL_85.joints_at(0.0123).tolist() == [0.0123, 0.0123]
 
 
 def test_velocity_limits_of_the_ec66_are_those_of_the_makers_urdf() -> None:
@@ -95,7 +117,7 @@ def test_velocity_limits_of_the_ec66_are_those_of_the_makers_urdf() -> None:
 def test_fingers_travel_by_the_stroke(gripper: Gripper) -> None:
     model, data = compiled(gripper)
     assert [model.joint(i).name for i in range(model.njnt)] == list(gripper.finger_joints)
-    np.testing.assert_array_equal(model.jnt_range, [[0, gripper.stroke]] * 2)
+    np.testing.assert_allclose(model.jnt_range, [[0, gripper.stroke]] * 2, atol=1e-9)
     for joint, finger in zip(gripper.finger_joints, gripper.fingers, strict=True):
         assert model.body(model.jnt_bodyid[model.joint(joint).id]).name == finger
     closed = [box_of(model, data, pad) for pad in gripper.pads]
@@ -135,31 +157,38 @@ def test_shape_of_fingers_pads_and_hand(gripper: Gripper) -> None:
 def test_the_actuator_gives_each_pad_its_force(gripper: Gripper) -> None:
     model, data = compiled(gripper)
     assert [model.actuator(i).name for i in range(model.nu)] == [gripper.actuator]
-    assert model.actuator_ctrlrange[0, 0] == -gripper.squeeze
-    assert model.actuator_ctrlrange[0, 1] >= gripper.stroke
-    np.testing.assert_array_equal(model.actuator_forcerange[0], gripper.actuator_range(Settings().force))
+    assert model.actuator_ctrlrange[0, 0] <= gripper.command(-gripper.squeeze)
+    assert model.actuator_ctrlrange[0, 1] >= gripper.command(gripper.stroke)
     np.testing.assert_array_equal(gripper.actuator_range(1.0), [-gripper.force_ratio, gripper.force_ratio])
     data.actuator_force[0] = 1.0
     fingers = np.zeros(model.nv)
     mujoco.mju_mulMatTVec(fingers, data.actuator_moment.reshape(model.nu, model.nv), np.ones(1))
     np.testing.assert_allclose(fingers, 1 / gripper.force_ratio)  # a newton of it, shared by the fingers
-    strongest = model.actuator_gainprm[0, 0] * gripper.squeeze
-    assert strongest > gripper.actuator_range(gripper.force[1])[1]  # squeezing reaches the greatest force
+    assert gripper.shape.strongest > gripper.force[1]  # squeezing reaches the greatest force
 
 
-def test_what_a_scenario_may_ask_of_the_gripper_is_what_it_can() -> None:
+@pytest.mark.parametrize("gripper", GRIPPERS, ids=lambda g: g.name)
+def test_what_a_scenario_may_ask_of_the_gripper_is_what_it_can(gripper: Gripper) -> None:
+    def asked(key: str, value: float) -> Scenario:
+        content = {
+            "name": "x",
+            "robot": {"gripper": gripper.name},
+            "gripper": {"closing_speed": 0.05, key: value},
+        }
+        return parse_scenario(content, "x.yaml")
+
     for key, least, most in (
-        ("force", *PARALLEL_85.force),
-        ("closing_speed", None, PARALLEL_85.speed),
-        ("squeeze", None, PARALLEL_85.squeeze),
+        ("force", *gripper.force),
+        ("closing_speed", None, gripper.speed),
+        ("squeeze", None, gripper.squeeze),
     ):
-        Settings.model_validate({key: most})
-        with pytest.raises(ValueError, match="less than or equal"):
-            Settings.model_validate({key: math.nextafter(most, math.inf)})
+        asked(key, most)
+        with pytest.raises(ScenarioError, match=f"gripper.{key}: .*less than or equal to"):
+            asked(key, math.nextafter(most, math.inf))
         if least is not None:
-            Settings.model_validate({key: least})
-            with pytest.raises(ValueError, match="greater than or equal"):
-                Settings.model_validate({key: math.nextafter(least, 0)})
+            asked(key, least)
+            with pytest.raises(ScenarioError, match="greater than or equal"):
+                asked(key, math.nextafter(least, 0))
 
 
 def test_the_drawn_hand_has_the_palm() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from grasp_bench.planning.depth import openings
 from grasp_bench.planning.heightfield import CELL, HeightField, analyse, maxima
 from grasp_bench.planning.planner import Planner
 from grasp_bench.robot.ec66 import EC66
+from grasp_bench.robot.gripper import load_gripper
 from grasp_bench.robot.kinematics import InverseKinematics
 from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.robot.robot import EC66_PARALLEL_85, Robot
@@ -20,6 +22,20 @@ from grasp_bench.scene.builder import compile_mjcf, compile_scene, compose
 from grasp_bench.scene.floating import FloatingGripper, compile_floating
 from grasp_bench.scene.world import World
 
+FACTS = """
+title: hand
+model: hand.xml
+actuator: motor
+commands: {open: 0.03, closed: 0}
+fingers: [thumb_finger, index_finger]
+pads: [thumb_pad, index_pad]
+palm: hand
+tcp: between
+force: [20, 235]
+speed: 0.15
+squeeze: 0.03
+"""
+
 
 @pytest.fixture(scope="module")
 def robot(tmp_path_factory: pytest.TempPathFactory) -> Robot:
@@ -27,7 +43,6 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Robot:
     folder = tmp_path_factory.mktemp("robot")
     text = PARALLEL_85.path.read_text()
     for old, new in (
-        ('meshdir="meshes"', f'meshdir="{PARALLEL_85.path.parent / "meshes"}"'),
         ("left_", "thumb_"),
         ("right_", "index_"),
         ('body name="gripper"', 'body name="hand"'),
@@ -39,20 +54,10 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Robot:
         assert old in text
         text = text.replace(old, new)
     (folder / "hand.xml").write_text(text)
-    gripper = replace(
-        PARALLEL_85,
-        name="hand",
-        file=str(folder / "hand.xml"),
-        scope="tool",
-        stroke=0.03,
-        actuator="motor",
-        finger_joints=("thumb_finger_joint", "index_finger_joint"),
-        fingers=("thumb_finger", "index_finger"),
-        pads=("thumb_pad", "index_pad"),
-        palm_body="hand",
-        tcp="between",
-    )
-    return Robot(replace(EC66, scope="manipulator"), gripper)
+    shutil.copytree(PARALLEL_85.path.parent / "meshes", folder / "meshes")
+    (folder / "gripper.yaml").write_text(FACTS)
+    gripper = load_gripper(str(folder))
+    return Robot(replace(EC66, scope="manipulator"), replace(gripper, scope="tool"))
 
 
 def test_a_world_is_told_its_robot(robot: Robot, table4: Scenario, models: dict[str, ObjectModel]) -> None:
@@ -101,9 +106,11 @@ def test_a_planner_opens_the_jaws_that_it_has(robot: Robot, table4: Scenario) ->
 
 
 def test_kinematics_knows_the_length_of_the_gripper() -> None:
-    longer = replace(PARALLEL_85, flange_to_tcp=PARALLEL_85.flange_to_tcp + 0.02)
+    other = load_gripper("parallel-140")
     ours, theirs = (
         InverseKinematics(r).forward(np.array(EC66.ready)).position
-        for r in (EC66_PARALLEL_85, Robot(EC66, longer))
+        for r in (EC66_PARALLEL_85, Robot(EC66, other))
     )
-    np.testing.assert_allclose(ours - theirs, [0, 0, 0.02], atol=1e-9)
+    longer = other.flange_to_tcp - PARALLEL_85.flange_to_tcp
+    assert longer > 0.01
+    np.testing.assert_allclose(ours - theirs, [0, 0, longer], atol=1e-9)

@@ -23,8 +23,6 @@ from grasp_bench.system.arrays import Floats
 
 SIZE = 1024
 """Side of Jacquard's images; trainers of the GG-CNN lineage take it for granted [px]."""
-FINGER = PARALLEL_85.finger_width
-"""Width of a finger [m]."""
 ON_TABLE = 0.002
 """What is less high is table [m]."""
 
@@ -78,7 +76,7 @@ def _export(path: Path, target: Path, name: str, size: int) -> bool:
         rows.append(
             row_from_grasp(
                 Grasp(g.x * scale, g.y * scale, g.angle, g.width * scale),
-                scale * FINGER * float(focal[0]) / max(float(true[r, c]), 1e-3),
+                scale * PARALLEL_85.finger_width * float(focal[0]) / max(float(true[r, c]), 1e-3),
             )
         )
     prefix = f"{target}/0_{name}_"

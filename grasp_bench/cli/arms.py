@@ -1,0 +1,102 @@
+"""``grasp-bench arms``: list, show and check arms."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from typing import Annotated, Any
+
+import typer
+
+arms_app = typer.Typer(no_args_is_help=True, help="List, show and check arms.")
+
+Name = Annotated[str, typer.Argument(help="A shipped arm's name, or the folder of one with arm.yaml.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print as JSON.")]
+
+
+@arms_app.command("list")
+def list_arms(as_json: AsJson = False) -> None:
+    """List the shipped arms with joints, length of the links and mass.
+
+    A scenario names one by `robot: {arm: NAME}`, or anyone's by the path of its folder.
+    """
+    from grasp_bench.robot.arm import load_arm
+    from grasp_bench.robot.facts import shipped
+
+    found = [load_arm(n) for n in shipped("arm")]
+    if as_json:
+        typer.echo(json.dumps([_facts(a) for a in found]))
+        return
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(header_style="bold")
+    for head in ("Name", "Title", "Joints", "Greatest torques [N m]", "Mass [kg]"):
+        table.add_column(head, justify="left" if head in ("Name", "Title") else "right")
+    for a in found:
+        torques = ", ".join(f"{t:g}" for t in a.torque_limits)
+        table.add_row(a.name, a.title, str(len(a.joints)), torques, f"{a.shape.mass:.1f}")
+    Console().print(table)
+
+
+@arms_app.command()
+def show(name: Name, as_json: AsJson = False) -> None:
+    """Show what an arm's file says and what was measured from its model: limits, postures, torques."""
+    from grasp_bench.robot.arm import load_arm
+
+    arm = load_arm(name)
+    if as_json:
+        typer.echo(json.dumps(_facts(arm)))
+        return
+    import numpy as np
+    from rich.console import Console
+    from rich.table import Table
+
+    console, shape, facts = Console(soft_wrap=True), arm.shape, arm.facts
+    console.print(f"[bold]{arm.name}[/bold]: {arm.title}, {shape.mass:.1f} kg; {arm.path}")
+    if facts.source:
+        console.print(f"Source: {facts.source}")
+    table = Table(header_style="bold")
+    for head in ("Joint", "Range [°]", "Speed [°/s]", "Torque [N m]", "Home [°]", "Ready [°]"):
+        table.add_column(head, justify="left" if head == "Joint" else "right")
+    for i, joint in enumerate(arm.joints):
+        low, high = np.degrees(shape.position_limits[i])
+        table.add_row(
+            joint,
+            f"{low:.1f} to {high:.1f}",
+            f"{facts.velocity_deg[i]:g}",
+            f"{shape.torque_limits[i]:g}",
+            f"{facts.home_deg[i]:g}",
+            f"{facts.ready_deg[i]:g}",
+        )
+    console.print(table)
+
+
+@arms_app.command()
+def check(
+    path: Annotated[str, typer.Argument(help="Folder with arm.yaml, or a shipped arm's name.")],
+    gripper: Annotated[str, typer.Option(help="The gripper that it carries.")] = "parallel-85",
+    scenario: Annotated[str, typer.Option(help="The scenario whose workspace it must reach.")] = "table4",
+) -> None:
+    """Check an arm of your own: files, limits and postures, and that it reaches a scenario's workspace.
+
+    Exits with 2 and one line where something is wrong. docs/robots.md says how such a folder is made.
+    """
+    from grasp_bench.planning.reach import check_reach
+    from grasp_bench.robot.arm import load_arm
+    from grasp_bench.scenario.reading import load_scenario
+    from grasp_bench.scenario.sections import Robot
+
+    _ = load_arm(path).shape
+    chosen = load_scenario(scenario)
+    check_reach(chosen.model_copy(update={"robot": Robot(arm=path, gripper=gripper)}))
+    show(path)
+    typer.echo(f"It reaches the workspace of {scenario} with {gripper}: robot: {{arm: {path}}}.")
+
+
+def _facts(arm: Any) -> dict[str, Any]:
+    return (
+        {"name": arm.name, "folder": str(arm.folder)}
+        | arm.facts.model_dump(mode="json")
+        | {"measured": asdict(arm.shape)}
+    )

@@ -1,0 +1,166 @@
+"""``grasp-bench grippers``: list, show and check grippers, and prepare objects for them."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from grasp_bench.system.graphics import without_gl
+
+grippers_app = typer.Typer(
+    no_args_is_help=True, help="List, show and check grippers, and prepare objects for them."
+)
+
+Name = Annotated[
+    str, typer.Argument(help="A shipped gripper's name, or the folder of one with gripper.yaml.")
+]
+AsJson = Annotated[bool, typer.Option("--json", help="Print as JSON.")]
+
+
+@grippers_app.command("list")
+def list_grippers(as_json: AsJson = False) -> None:
+    """List the shipped grippers with opening, force, finger and mass.
+
+    A scenario names one by `robot: {gripper: NAME}`, or anyone's by the path of its folder.
+    """
+    from grasp_bench.robot.facts import shipped
+    from grasp_bench.robot.gripper import load_gripper
+
+    found = [load_gripper(n) for n in shipped("gripper")]
+    if as_json:
+        typer.echo(json.dumps([_facts(g) for g in found]))
+        return
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(header_style="bold")
+    for head in ("Name", "Opening [mm]", "Force [N]", "Finger [mm]", "Pad [mm]", "Mass [kg]"):
+        table.add_column(head, justify="left" if head == "Name" else "right")
+    for g in found:
+        finger = (g.finger_thickness, g.finger_width, g.finger_length)
+        table.add_row(
+            g.name,
+            f"{1000 * g.opening:.0f}",
+            f"{g.force[0]:g} to {g.force[1]:g}",
+            _mm(finger),
+            _mm(g.pad[1:]),
+            f"{g.shape.mass:.2f}",
+        )
+    Console().print(table)
+
+
+@grippers_app.command()
+def show(name: Name, as_json: AsJson = False) -> None:
+    """Show what a gripper's file says and what was measured from its model."""
+    from grasp_bench.robot.gripper import load_gripper
+
+    gripper = load_gripper(name)
+    if as_json:
+        typer.echo(json.dumps(_facts(gripper)))
+        return
+    from rich.console import Console
+
+    console, shape = Console(soft_wrap=True), gripper.shape
+    console.print(f"[bold]{gripper.name}[/bold]: {gripper.title}, {shape.mass:.2f} kg; {gripper.path}")
+    if gripper.facts.source:
+        console.print(f"Source: {gripper.facts.source}")
+    (least, most), ends = gripper.force, gripper.facts.commands
+    console.print(
+        f"Stated: {least:g} to {most:g} N a pad, up to {gripper.speed:g} m/s a finger; actuator "
+        f"{gripper.actuator!r}, {ends.open:g} open, {ends.closed:g} closed"
+    )
+    console.print(
+        f"Measured: opens {1000 * gripper.opening:.1f} mm; fingers "
+        f"{_mm((shape.finger_thickness, shape.finger_width, shape.finger_length))} mm (thickness, width, "
+        f"length); pads {_mm(shape.pad)} mm; palm {_mm(shape.palm)} mm; flange to TCP "
+        f"{1000 * shape.flange_to_tcp:.1f} mm; the actuator presses each pad with 1/{shape.force_ratio:g} of "
+        "its force, "
+        f"{shape.strongest:.0f} N at most"
+    )
+
+
+@grippers_app.command()
+def check(
+    path: Annotated[str, typer.Argument(help="Folder with gripper.yaml, or a shipped gripper's name.")],
+) -> None:
+    """Check a gripper of your own: its files, its parts, its measures, and that it opens and closes.
+
+    Exits with 2 and one line where something is wrong. docs/robots.md says how such a folder is made.
+    """
+    from grasp_bench.robot.gripper import load_gripper
+    from grasp_bench.robot.gripper_trial import try_out
+
+    gripper = load_gripper(path)
+    moved = try_out(gripper)
+    show(path)
+    typer.echo(
+        f"The actuator opens it to {1000 * moved.opened:.1f} mm, closes it to {1000 * moved.closed:.1f} mm. "
+        f"It can be used: robot: {{gripper: {path}}}, after `grasp-bench grippers prepare {path}`."
+    )
+
+
+@grippers_app.command()
+def prepare(
+    name: Name,
+    objects: Annotated[
+        str, typer.Option(help="all, names or categories (comma-separated), or a folder of objects.")
+    ] = "all",
+    workers: Annotated[int, typer.Option(min=0, help="Processes; 0 takes one for each core.")] = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Work out where a gripper can grasp the objects: grasps for each resting pose, tried in physics.
+
+    Needed once before a run with another gripper than parallel-85; takes minutes for all objects. What is
+    done is kept under the digests of gripper and object: the same command again resumes.
+
+    Example: grasp-bench grippers prepare panda-hand --objects mug,pliers
+    """
+    without_gl()
+    from rich.console import Console
+
+    from grasp_bench.api import select_objects
+    from grasp_bench.objects.fitted import is_reference
+    from grasp_bench.robot.gripper import load_gripper
+    from grasp_bench.system.progress import counting
+    from grasp_bench.workshop.fitting import prepare as fit_all
+
+    gripper = load_gripper(name)
+    catalog, names = select_objects(objects)
+    if is_reference(gripper):
+        typer.echo(f"{name} is the reference gripper: the objects come with its grasps.")
+        return
+    outcomes: dict[str, str] = {}
+    console = Console(stderr=True)
+    with counting(console) as bar:
+        task = bar.add_task(f"Grasps of {name}", total=len(names), state="")
+        for done, outcome in fit_all(gripper, catalog.folder, names, workers or os.cpu_count() or 1):
+            outcomes[done] = outcome
+            bar.update(task, advance=1, state=f"{done}: {outcome}"[:60])
+    failed = [f"{n}: {o}" for n, o in outcomes.items() if o.startswith("failed")]
+    cannot = sorted(n for n, o in outcomes.items() if o == "cannot be grasped")
+    for line in failed:
+        typer.echo(line, err=True)
+    if as_json:
+        typer.echo(json.dumps({"gripper": name, "objects": outcomes}))
+    else:
+        can = len(outcomes) - len(cannot) - len(failed)
+        typer.echo(f"{name} can grasp {can} of {len(names)} objects.")
+        if cannot:
+            typer.echo(f"In no resting pose: {', '.join(cannot)}. Runs leave them out.")
+    if failed:
+        raise typer.Exit(1)
+
+
+def _facts(gripper: Any) -> dict[str, Any]:
+    facts = gripper.facts.model_dump(mode="json")
+    folder = {"name": gripper.name, "folder": str(Path(gripper.folder))}
+    return folder | facts | {"measured": asdict(gripper.shape)}
+
+
+def _mm(lengths: Any) -> str:
+    return " × ".join(f"{1000 * v:g}" for v in lengths)

@@ -1,0 +1,196 @@
+"""What the compiled model of a gripper tells: its measures, its travel, and the force of its actuator."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from grasp_bench.errors import AssetError
+from grasp_bench.robot.gripper_file import GripperFile
+from grasp_bench.robot.solids import extent, solids, subtree
+from grasp_bench.system.arrays import Floats
+
+GAP = 0.002
+"""Pads that are further apart when closed do not close [m]."""
+OFF_AXIS = 1e-4
+"""How far the TCP may be beside the flange's axis [m], and the pads' middle beside the TCP's plane."""
+TIPS = 0.005
+"""How far the TCP may be from the ends of the finger tips along the approach [m]."""
+
+
+@dataclass(frozen=True)
+class GripperShape:
+    """Measures of a gripper in its flange's frame: z is the approach, x the direction in which the jaws open.
+
+    All lengths are rounded to a micrometre.
+
+    Attributes:
+        stroke: travel of one finger from closed to open [m].
+        finger_thickness: thickness of a finger and its pad near the tip, along the jaw direction [m].
+        finger_width: width of a finger across the jaw direction, below the hand [m].
+        finger_length: distance from the tips up to the hand's underside [m].
+        pad: thickness along the jaw direction, width across it and height of a pad [m].
+        palm: extent of the hand's underside along and across the jaw direction [m].
+        flange_to_tcp: distance from the flange to the TCP, along the approach [m].
+        force_ratio: force of the actuator for a force of 1 N of each pad.
+        mass: of the whole gripper [kg].
+        joints: names of the joints of the left and the right finger.
+        closed: (2,) their positions when closed [m].
+        slopes: (2,) their travel for each metre of a finger's.
+        strongest: force of each pad that the actuator presses with at the full squeeze when closed [N].
+    """
+
+    stroke: float
+    finger_thickness: float
+    finger_width: float
+    finger_length: float
+    pad: tuple[float, float, float]
+    palm: tuple[float, float]
+    flange_to_tcp: float
+    force_ratio: float
+    mass: float
+    joints: tuple[str, str]
+    closed: tuple[float, float]
+    slopes: tuple[float, float]
+    strongest: float
+
+
+def measure(path: Path, facts: GripperFile) -> GripperShape:
+    """Measure the gripper whose MJCF is ``path``.
+
+    Raises:
+        AssetError: in one line, for a part that is not found or does not work as a parallel gripper.
+    """
+    try:
+        model = mujoco.MjModel.from_xml_path(str(path))
+    except ValueError as error:
+        raise AssetError(f"{path} is refused by MuJoCo: {' '.join(str(error).split())}") from error
+    data = mujoco.MjData(model)
+
+    def find(kind: str, table: mujoco.mjtObj, count: int, name: str) -> int:
+        found = mujoco.mj_name2id(model, table, name)
+        if found < 0:
+            names = [n for i in range(count) if (n := mujoco.mj_id2name(model, table, i))]
+            valid = ", ".join(names[:20]) or "none with a name"
+            raise AssetError(f"{path} has no {kind} {name!r}; it has {valid}.")
+        return found
+
+    objects = mujoco.mjtObj
+    bodies = [find("body", objects.mjOBJ_BODY, model.nbody, n) for n in (*facts.fingers, facts.palm)]
+    pads = [find("geom (pad)", objects.mjOBJ_GEOM, model.ngeom, n) for n in facts.pads]
+    actuator = find("actuator", objects.mjOBJ_ACTUATOR, model.nu, facts.actuator)
+    tcp = find("site (TCP)", objects.mjOBJ_SITE, model.nsite, facts.tcp)
+    joints = [_slide_of(model, path, body) for body in bodies[:2]]
+    for pad, body in zip(pads, bodies[:2], strict=True):
+        if int(model.geom_bodyid[pad]) not in subtree(model, body):
+            raise AssetError(
+                f"{path}: pad {model.geom(pad).name!r} is not of finger {model.body(body).name!r}."
+            )
+        if pad not in solids(model, subtree(model, body)):
+            raise AssetError(
+                f"{path}: pad {model.geom(pad).name!r} touches nothing (contype, conaffinity 0)."
+            )
+    addresses = model.jnt_qposadr[joints]
+
+    def gap(q: Floats) -> float:
+        data.qpos[addresses] = q
+        mujoco.mj_forward(model, data)
+        left, right = (_boxes(extent(model, data, [pad])) for pad in pads)
+        return float(left[0, 0] - right[1, 0])
+
+    ends = model.jnt_range[joints]
+    widest = max(((a, b) for a in ends[0] for b in ends[1]), key=lambda q: gap(np.array(q)))
+    opened = np.array(widest)
+    closed = np.where(opened == ends[:, 0], ends[:, 1], ends[:, 0])
+    wide, narrow = gap(opened), gap(closed)
+    if wide - narrow < 2 * GAP:
+        raise AssetError(f"{path}: the pads do not move apart along x, the direction in which jaws open.")
+    if narrow > GAP:
+        raise AssetError(
+            f"{path}: this gripper cannot close: its pads stay {1000 * narrow:.1f} mm apart where the joints "
+            f"{' and '.join(model.joint(j).name for j in joints)} end."
+        )
+    if narrow < -GAP:  # the joints would go on; the pads meet first
+        closed = opened + (closed - opened) * wide / (wide - narrow)
+        gap(closed)
+    travel = wide / 2
+    slopes = (opened - closed) / travel
+    slopes = np.where(np.abs(slopes - 1) < 1e-6, 1.0, slopes)
+    gap(closed)
+
+    at = data.site_xpos[tcp]
+    if max(abs(at[0]), abs(at[1])) > OFF_AXIS or np.abs(data.site_xmat[tcp] - np.eye(3).ravel()).max() > 1e-4:
+        raise AssetError(
+            f"{path}: the TCP {facts.tcp!r} must lie on the flange's z axis with the same axes; it is at "
+            f"({1000 * at[0]:.1f}, {1000 * at[1]:.1f}, {1000 * at[2]:.1f}) mm."
+        )
+    fingers = [solids(model, subtree(model, body)) for body in bodies[:2]]
+    both = [g for finger in fingers for g in finger]
+    tips = float(_boxes(extent(model, data, both))[1, 2])
+    if abs(tips - at[2]) > TIPS:
+        raise AssetError(
+            f"{path}: the TCP {facts.tcp!r} must lie at the ends of the finger tips, {1000 * tips:.1f} mm "
+            f"from the flange; it is at {1000 * at[2]:.1f} mm."
+        )
+    hand = solids(model, [bodies[2]])
+    if not hand:
+        raise AssetError(f"{path}: the palm {facts.palm!r} has no geom that collides.")
+    underside = float(_boxes(extent(model, data, hand))[1, 2])
+    palm = np.ptp(_boxes(extent(model, data, hand, underside - 1e-3)), axis=0)
+    pad = [_boxes(extent(model, data, [p])) for p in pads]
+    left = _boxes(extent(model, data, fingers[0], float(pad[0][0, 2])))
+    width = max(float(np.ptp(_boxes(extent(model, data, f, underside)), axis=0)[1]) for f in fingers)
+    moment = np.zeros(model.nv)
+    mujoco.mju_sparse2dense(
+        row := np.zeros((1, model.nv)),
+        data.actuator_moment,
+        data.moment_rownnz[actuator : actuator + 1],
+        data.moment_rowadr[actuator : actuator + 1],
+        data.moment_colind,
+    )
+    moment[:] = row[0]
+    share = float(np.abs(moment[model.jnt_dofadr[joints]] @ slopes))
+    if share < 1e-9:
+        raise AssetError(f"{path}: actuator {facts.actuator!r} does not move the fingers.")
+    ratio = 2 / share
+    commands = facts.commands
+    pressing = (
+        abs(commands.open - commands.closed) / travel * facts.squeeze * model.actuator_gainprm[actuator, 0]
+    )
+    return GripperShape(
+        stroke=_um(travel),
+        finger_thickness=_um(np.ptp(left, axis=0)[0]),
+        finger_width=_um(width),
+        finger_length=_um(tips - underside),
+        pad=tuple(_um(v) for v in np.ptp(pad[0], axis=0)),  # type: ignore[arg-type]
+        palm=(_um(palm[0]), _um(palm[1])),
+        flange_to_tcp=_um(at[2]),
+        force_ratio=round(ratio, 6),
+        mass=round(float(model.body_mass.sum()), 6),
+        joints=(model.joint(joints[0]).name, model.joint(joints[1]).name),
+        closed=(_um(closed[0]), _um(closed[1])),
+        slopes=(float(slopes[0]), float(slopes[1])),
+        strongest=float(pressing / ratio),
+    )
+
+
+def _slide_of(model: mujoco.MjModel, path: Path, body: int) -> int:
+    first, count = model.body_jntadr[body], model.body_jntnum[body]
+    if count != 1 or model.jnt_type[first] != mujoco.mjtJoint.mjJNT_SLIDE or not model.jnt_limited[first]:
+        raise AssetError(
+            f"{path}: finger {model.body(body).name!r} must have one slide joint with a range; "
+            "other mechanisms than parallel jaws on slides are not supported."
+        )
+    return int(first)
+
+
+def _boxes(box: Floats | None) -> Floats:
+    assert box is not None
+    return box
+
+
+def _um(metres: float) -> float:
+    return round(float(metres), 6) + 0.0

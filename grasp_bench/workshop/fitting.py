@@ -1,0 +1,107 @@
+"""Reference grasps of another gripper on objects whose resting poses are known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, as_completed
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+from pebble import ProcessPool
+
+from grasp_bench.objects.catalog import Catalog, ObjectModel
+from grasp_bench.objects.fitted import fit_file, fitted, write_fit
+from grasp_bench.robot.gripper import Gripper, load_gripper
+from grasp_bench.scenario.reading import parse_scenario
+from grasp_bench.scenario.sections import Gripper as Use
+from grasp_bench.scenario.sections import Scenario
+from grasp_bench.scene.floating import FloatingGripper, compile_floating
+from grasp_bench.system.spawning import SpawnContext
+from grasp_bench.workshop.poses import reference_grasps
+
+TIME_LIMIT = 1800.0
+"""Seconds that an object may take."""
+SETTLING = 2.0
+"""Seconds in which an object put down in its known pose comes to rest."""
+
+
+def fitting_scenario(gripper: Gripper) -> Scenario:
+    """Return the scenario in which grasps are tried: the default one, within what ``gripper`` can."""
+    least, most = gripper.force
+    use = Use()
+    asked = {
+        "force": min(max(use.force, least), most),
+        "closing_speed": min(use.closing_speed, gripper.speed),
+        "squeeze": min(use.squeeze, gripper.squeeze),
+    }
+    robot = {"gripper": gripper.name}
+    return parse_scenario({"name": "reference", "robot": robot, "gripper": asked}, gripper.name)
+
+
+def fit(model: ObjectModel, gripper: Gripper, seen: bool = False) -> list[dict[str, Any]]:
+    """Return an object's resting poses as in ``object.json``, with the grasps that ``gripper`` has there.
+
+    Args:
+        seen: as in :func:`~grasp_bench.workshop.poses.reference_grasps`; imported objects are built so.
+    """
+    scenario = fitting_scenario(gripper)
+    floating = FloatingGripper(compile_floating(scenario, [model], gripper), scenario, 1, gripper)
+    q = floating.object_q[0]
+    poses = []
+    for pose in model.poses:
+        data = floating.data
+        mujoco.mj_resetData(floating.model, data)
+        floating.park()
+        data.qpos[q : q + 3] = (*scenario.table.center, pose.height)
+        data.qpos[q + 3 : q + 7] = pose.quaternion
+        grasps = []
+        if floating.settle(SETTLING):
+            matrix = np.zeros(9)
+            mujoco.mju_quat2Mat(matrix, data.qpos[q + 3 : q + 7])
+            place = data.qpos[q : q + 3].copy()
+            grasps = reference_grasps(floating, place, matrix.reshape(3, 3), seen)
+        known = {"quaternion": pose.quaternion.tolist(), "height": pose.height}
+        poses.append(known | {"probability": pose.probability, "grasps": grasps})
+    return poses
+
+
+def prepare(
+    gripper: Gripper, folder: Path, names: Iterable[str], workers: int = 2
+) -> Iterator[tuple[str, str]]:
+    """Work out the grasps of ``gripper`` on the named objects of ``folder``; yields (name, outcome) as each
+    ends. What was done before, by anyone, is not done again."""
+    catalog = Catalog(folder)
+    todo = []
+    for name in names:
+        model = catalog.load(name)
+        if fit_file(gripper, model).is_file():
+            yield name, _told(fitted(model, gripper))
+        else:
+            todo.append(name)
+    if not todo:
+        return
+    _ = gripper.shape  # what is wrong with it is told now
+    seen = folder.resolve() != Catalog().folder.resolve()
+    with ProcessPool(max_workers=min(workers, len(todo)), context=SpawnContext()) as pool:
+        futures: dict[Future[str], str] = {
+            pool.submit(_fit_one, TIME_LIMIT, gripper.name, folder, name, seen): name for name in todo
+        }
+        for future in as_completed(futures):
+            name = futures[future]
+            try:
+                yield name, future.result()
+            except Exception as error:  # one bad object must not stop the others
+                yield name, f"failed: {error}"
+
+
+def _fit_one(gripper_name: str, folder: Path, name: str, seen: bool) -> str:
+    gripper, model = load_gripper(gripper_name), Catalog(folder).load(name)
+    write_fit(gripper, model, fit(model, gripper, seen))
+    return _told(fitted(model, gripper))
+
+
+def _told(model: ObjectModel) -> str:
+    poses = len(model.graspable_poses)
+    return f"{poses} of {len(model.poses)} poses" if poses else "cannot be grasped"

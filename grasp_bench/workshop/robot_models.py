@@ -1,0 +1,35 @@
+"""MJCF of the shipped arms and grippers that are made of boxes and capsules.
+
+``python -m grasp_bench.workshop.robot_models`` writes the files anew.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from grasp_bench.system.paths import assets_dir
+from grasp_bench.workshop.arm_models import PANDA, UR5E, arm_mjcf
+from grasp_bench.workshop.jaw_models import GRIPPERS, gripper_mjcf
+
+
+def write_models(folder: Path) -> list[Path]:
+    """Write all models below the assets ``folder``, and return their paths."""
+    texts = {folder / "arms" / c.name / "arm.xml": arm_mjcf(c) for c in (UR5E, PANDA)}
+    texts |= {folder / "grippers" / j.name / "gripper.xml": gripper_mjcf(j) for j in GRIPPERS}
+    for path, text in texts.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    return list(texts)
+
+
+def main() -> None:
+    """Rewrite the shipped models, as the command line says."""
+    parser = argparse.ArgumentParser(description="Rewrite the models of arms and grippers made here.")
+    parser.add_argument("--out", type=Path, default=assets_dir(), help="assets folder")
+    for path in write_models(parser.parse_args().out):
+        print(path)
+
+
+if __name__ == "__main__":
+    main()

@@ -14,6 +14,7 @@ from grasp_bench.report.help import Merit, merit_table, merits
 from grasp_bench.report.paper import TABLE_4
 from grasp_bench.report.summary import Summary, worst_objects
 from grasp_bench.report.tables import RATE_HEAD, TextTable, rate_cells
+from grasp_bench.report.trust import trust_table
 from grasp_bench.runs.results import RunResults
 from grasp_bench.runs.statistics import Rate
 
@@ -118,7 +119,9 @@ class Report:
         told = [(r.run, r.firmness) for r in self.runs if r.firmness is not None]
         firm = [firmness_table(told)] if told else []
         firm += [pairs_table([r.run for r in self.runs], self.pairs)] if self.pairs else []
-        return [*(self._table(g, g is titled) for g in groups), *merit, *firm, *map(endings, order)]
+        trust = [trust_table([(r.run, r.trust) for r in order])] if order else []
+        tables = (self._table(g, g is titled) for g in groups)
+        return [*tables, *merit, *firm, *trust, *map(endings, order)]
 
     def _table(self, group: Group, titled: bool) -> TextTable:
         runs = [self.runs[i] for i in group.runs]

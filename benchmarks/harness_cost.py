@@ -75,12 +75,12 @@ class IdlePool(WorkerPool):
     """Workers that load nothing and do nothing."""
 
     @staticmethod
-    def _begin(settings: Settings) -> None:
+    def _begin(predictors: tuple[str, ...], early: bool) -> None:
         return
 
     @staticmethod
-    def _do(job: Job) -> Answer:
-        return Answer(job, record(job), Timings(trial=job.trial))
+    def _do(settings: Settings, job: Job) -> tuple[Answer, ...]:
+        return (Answer(job, record(job), Timings(trial=job.trial)),)
 
 
 def measure(name: str, trials: int, work: Callable[[], object]) -> None:

@@ -1,6 +1,7 @@
 """The smallest predictor: grasp what stands highest, jaws along the image's rows.
 
-Run it with:  cd examples && grasp-bench run --objects mug --trials 5 --predictor 01_my_predictor:Highest
+Run it with:  cd examples && grasp-bench run --trials 20 --predictor 01_my_predictor:Highest
+It lifts 11 of 20: it knows one direction of the jaws only.
 """
 
 import numpy as np

@@ -1,6 +1,7 @@
 """A run from Python: a predictor of your own against a control, on the same trials.
 
 Run it with:  python examples/02_from_python.py
+It lifts 2 of 4.
 """
 
 import tempfile

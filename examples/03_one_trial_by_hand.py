@@ -1,6 +1,7 @@
 """One trial by hand: the scene, the picture, the grasp, the motion, the verdict.
 
 Run it with:  python examples/03_one_trial_by_hand.py
+It lifts 1 of 1.
 """
 
 import grasp_bench as gb

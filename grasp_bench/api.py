@@ -6,29 +6,34 @@ import importlib
 import os
 import re
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
-from grasp_bench.errors import GraspBenchError, PredictorError
+from grasp_bench.errors import GraspBenchError, PredictorError, UnknownNameError
+from grasp_bench.execution.crew import early_crew
 from grasp_bench.execution.executors import make_executor
 from grasp_bench.execution.runner import RunSummary
 from grasp_bench.execution.runner import run as run_trials
 from grasp_bench.media.modes import check_mode
 from grasp_bench.objects.catalog import Catalog, ObjectModel
-from grasp_bench.objects.fitted import graspable
+from grasp_bench.objects.fitted import graspable, is_reference
 from grasp_bench.planning.reach import check_reach
 from grasp_bench.predictors.guard import Guard
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.report.run import Run
+from grasp_bench.robot.gripper import Gripper
+from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.runs.info import RUN
 from grasp_bench.runs.jobs import WHOLE, Settings, Shard, spread
+from grasp_bench.runs.limits import MOST_SEED, MOST_TRIALS
 from grasp_bench.runs.record import TrialRecord
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.system.graphics import prepare, resolve_renderer
 from grasp_bench.system.interrupts import told_apart
 from grasp_bench.system.progress import Progress
+from grasp_bench.system.texts import legible, shown
 
 PathLike = str | os.PathLike[str]
 OnTrial = Callable[[TrialRecord, bool], None]
@@ -62,6 +67,8 @@ def run(
     executor: str = "process",
     ray_address: str | None = None,
     memory_limit: float | None = None,
+    on_error: str = "record",
+    weights: PathLike | None = None,
 ) -> FinishedRun:
     """Try to pick up objects, record every trial, and return the run.
 
@@ -96,31 +103,41 @@ def run(
         ray_address: ``"auto"`` or ``"HOST:PORT"`` of a running Ray cluster; without one, Ray is
             started on this machine.
         memory_limit: most memory of a worker [GiB]; by default its share of 80 % of the machine's.
+        weights: a file of weights that ``grasp-bench train`` wrote, instead of ``predictor``; it says itself
+            of which network they are.
+        on_error: ``"record"`` an error as the outcome of its trial (its traceback goes to ``errors.log`` in
+            the run's folder), or ``"raise"`` the first one: an instance's exception as it is, a worker's as
+            a PredictorError. Its trial is then done again on resume.
 
     Raises:
         GraspBenchError: before any trial starts, for anything wrong with the inputs.
     """
     prepare(renderer)
-    if trials is not None and trials < 1:
-        raise GraspBenchError(f"trials must be at least 1, not {trials}")
+    if trials is not None and not 1 <= trials <= MOST_TRIALS:
+        raise GraspBenchError(f"trials must be from 1 to {MOST_TRIALS:,}, not {shown(trials)}")
+    if not 0 <= seed <= MOST_SEED:
+        raise GraspBenchError(f"seed must be from 0 to {MOST_SEED}, not {shown(seed)}")
     if workers is not None and workers < 0:
         raise GraspBenchError(f"workers must not be negative, not {workers}; 0 takes one for each core")
+    if on_error not in ("record", "raise"):
+        raise UnknownNameError("choice of on_error", on_error, ("record", "raise"))
     if rerun is not None:
         from grasp_bench.media.rerun_log import import_rerun
 
         import_rerun()
     chosen = scenario if isinstance(scenario, Scenario) else load_scenario(os.fspath(scenario))
-    catalog, names = select_objects(list(chosen.objects.names) or "all" if objects is None else objects)
+    gripper = chosen.robot.loaded.gripper
+    asked = list(chosen.objects.names) or "all" if objects is None else objects
+    catalog, names = select_objects(asked, gripper)
     check_reach(chosen)
-    robot = chosen.robot.loaded
-    names, left_out = graspable(catalog, names, robot.gripper)
+    names, left_out = graspable(catalog, names, gripper)
     if not names:
-        raise GraspBenchError(f"Gripper {robot.gripper.name} can grasp none of {', '.join(left_out[:8])}.")
+        raise GraspBenchError(f"Gripper {gripper.name} can grasp none of {', '.join(left_out[:8])}.")
     if chosen.clutter is not None and names != (list(chosen.objects.names) or catalog.names):
         # episodes draw from these
         reasons = {n: chosen.objects.names.get(n, "") for n in names}
         chosen = chosen.model_copy(update={"objects": chosen.objects.model_copy(update={"names": reasons})})
-    name, here = named(predictor)
+    name, here = named(predictor if weights is None else os.fspath(weights))
     if here is not None and workers not in (None, 1):
         raise PredictorError(
             f"{name} exists in this process only and cannot be sent to {workers or 'all'} "
@@ -150,11 +167,14 @@ def run(
     chosen_executor = None
     if here is None:
         chosen_executor = make_executor(executor, workers or 0, memory_limit=limit, ray_address=ray_address)
+    log = None if rerun is None else Path(rerun).absolute()
+    early: Any = nullcontext()
     if here is not None:  # it may change the current folder
         folder = folder.absolute()
-    log = None if rerun is None else Path(rerun).absolute()
-    with told_apart(), _reporting(progress, len(jobs)) as on_trial:
-        summary = run_trials(settings, jobs, folder, 1, on_trial, here, chosen_executor)
+    elif executor == "process":
+        early = early_crew((name,), workers or 0, len(jobs), renderer)
+    with told_apart(), early, _reporting(progress, len(jobs)) as on_trial:
+        summary = run_trials(settings, jobs, folder, 1, on_trial, here, chosen_executor, on_error == "raise")
     if log is not None:
         from grasp_bench.media.rerun_log import join_parts
 
@@ -181,14 +201,30 @@ def load_object(name: str, folder: PathLike | None = None) -> ObjectModel:
     return Catalog(None if folder is None else Path(folder)).load(name)
 
 
-def select_objects(objects: PathLike | Sequence[str]) -> tuple[Catalog, list[str]]:
-    """Return the catalogue and the names that ``objects`` means; see :func:`run`."""
+def select_objects(
+    objects: PathLike | Sequence[str], gripper: Gripper = PARALLEL_85
+) -> tuple[Catalog, list[str]]:
+    """Return the catalogue and the names that ``objects`` means; see :func:`run`.
+
+    Of a folder, objects that are marked as having no grasp that fits the reference gripper are left out;
+    which of them fit another ``gripper`` is known when they are prepared for it.
+
+    Raises:
+        GraspBenchError: where none is left.
+    """
     if not isinstance(objects, (str, os.PathLike)):
         return (catalog := Catalog()), catalog.select(",".join(objects))
     what = os.fspath(objects)
     if what != "all" and os.path.isdir(what):
         catalog = Catalog(Path(what))
-        return catalog, catalog.names
+        without = catalog.ungraspable(catalog.names) if is_reference(gripper) else []
+        if len(without) == len(catalog.names):
+            raise GraspBenchError(
+                f"No grasp fits the gripper on any of the {len(without)} objects in {what}."
+            )
+        return catalog, [n for n in catalog.names if n not in without]
+    if "/" in what:
+        raise GraspBenchError(f"The folder {what} of --objects does not exist here, in {Path.cwd()}.")
     return (catalog := Catalog()), catalog.select(what)
 
 
@@ -223,14 +259,19 @@ def default_folder(
     With ``fresh``, a number is added if need be, so that the folder holds no run.
     """
     plain = re.sub(r"[<>]", "", predictor.removeprefix("__main__:"))
-    label = re.sub(r"[^\w.-]+", "-", plain).strip("-.")[:80]
+    label = _in_a_name(plain)
     part = f"-shard{shard.index}of{shard.count}" if shard.count > 1 else ""
-    folder = Path("results") / f"{label}-{scenario}-seed{seed}{part}"
+    folder = Path("results") / f"{label}-{_in_a_name(scenario)}-seed{seed}{part}"
     candidate, number = folder, 1
     while fresh and (candidate / RUN).exists():
         number += 1
         candidate = folder.with_name(f"{folder.name}-{number}")
     return candidate
+
+
+def _in_a_name(text: str) -> str:
+    """Return text as a part of a folder's name, which leads nowhere else."""
+    return re.sub(r"[^\w.+=-]+", "-", legible(text)).strip("-.")[:80] or "unnamed"
 
 
 @contextmanager

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -225,3 +225,20 @@ class GraspPose:
     def flipped(self) -> GraspPose:
         """Return the same grasp with the two fingers exchanged."""
         return GraspPose(self.position, self.rotation * [-1.0, -1.0, 1.0], self.opening)
+
+
+@dataclass(frozen=True)
+class KnownGrasp(Grasp):
+    """A grasp of a control that knows the truth: where it is in the world, besides how a camera sees it.
+
+    Attributes:
+        pose: TCP pose.
+        top: height of what is grasped, above the table [m].
+    """
+
+    pose: GraspPose = field(kw_only=True)
+    top: float = field(kw_only=True)
+
+    def seen(self) -> Grasp:
+        """Return what a camera sees of it alone."""
+        return Grasp(self.x, self.y, self.angle, self.width, self.quality)

@@ -19,10 +19,11 @@ from grasp_bench.replay.video import write_film  # noqa: E402
 ROOT = Path(__file__).parents[1]
 IMAGES = ROOT / "docs" / "images" / "gallery"
 TRIALS = {
-    "success": ("htc-grasp-1000", 37),
-    "approach_collision": ("htc-grasp-1000", 145),
-    "missed": ("htc-grasp-1000", 151),
-    "slipped": ("htc-grasp-1000", 74),
+    "success": ("htc-grasp", 37),
+    "approach_collision": ("gr-convnet", 12),
+    "missed": ("htc-grasp", 151),
+    "slipped": ("gr-convnet", 135),
+    "dropped": ("htc-grasp", 145),
     "displaced": ("displaced", 37),
 }
 SIZE = (336, 252)
@@ -33,12 +34,11 @@ def main(names: list[str]) -> None:
     for name in names:
         run, trial = TRIALS[name]
         replay = rebuild(ROOT / "results" / "reference" / run, trial)
-        if replay.record["outcome"] != replay.stored["outcome"]:
+        if replay.record.outcome != replay.stored.outcome:
             raise SystemExit(f"{name}: trial {trial} of {run} no longer ends as recorded: {replay.differs}")
         write_film(replay, IMAGES / f"{name}.webp", SIZE)
-        print(
-            name, replay.record["object"], replay.record["outcome"], (IMAGES / f"{name}.webp").stat().st_size
-        )
+        size = (IMAGES / f"{name}.webp").stat().st_size
+        print(name, replay.record.object, replay.record.outcome, size)
 
 
 if __name__ == "__main__":

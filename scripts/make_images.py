@@ -74,7 +74,7 @@ def trial() -> None:
     """A trial in five pictures: what the camera saw, then approach, grip, lift and hold."""
     scenario = load_scenario("table4")
     model = Catalog().load("coffee_mug")
-    photographer = Photographer((360, 300), (0.42, 0.1, 0.14), 1.05, 150)
+    photographer = Photographer((640, 533), (0.42, 0.1, 0.14), 1.05, 150)
     frames: list[Image.Image] = []
     count = 0
 
@@ -92,7 +92,8 @@ def trial() -> None:
     corners = np.round(done.record.grasp.rectangle(16)).astype(np.int32)
     seen = cv2.polylines(done.image.rgb.copy(), [corners], True, (230, 40, 40), 1, cv2.LINE_AA)
     views = [Image.fromarray(seen[90:390, 140:500])]
-    views += [frames[round(share * (len(frames) - 1))] for share in (0.2, 0.42, 0.62, 1.0)]
+    shown = [frames[round(share * (len(frames) - 1))] for share in (0.2, 0.42, 0.62, 1.0)]
+    views += [f.resize((360, 300), Image.Resampling.LANCZOS) for f in shown]
     strip = Image.new("RGB", (sum(v.width for v in views) + 8 * 4, 324), "white")
     draw = ImageDraw.Draw(strip)
     for i, (view, name) in enumerate(
@@ -101,8 +102,10 @@ def trial() -> None:
         strip.paste(view, (i * 368, 0))
         draw.text((i * 368 + 6, 306), name, fill="black")
     strip.save(IMAGES / "trial.png")
-    small = [f.resize((300, 250)).quantize(64) for f in frames]
-    small[0].save(IMAGES / "trial.gif", save_all=True, append_images=small[1:], duration=100, loop=0)
+    # every second picture, all in the colours of one that shows everything
+    palette = frames[len(frames) // 2].quantize(96)
+    film = [f.quantize(palette=palette, dither=Image.Dither.NONE) for f in frames[::2]]
+    film[0].save(IMAGES / "trial.gif", save_all=True, append_images=film[1:], duration=200, loop=0)
 
 
 def objects() -> None:

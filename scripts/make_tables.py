@@ -38,6 +38,21 @@ def main() -> None:
     replace(ROOT / "docs" / "results.md", "runs", markdown(runs))
     replace(ROOT / "docs" / "leaderboard.md", "leaderboard", leaderboard())
     replace(ROOT / "docs" / "scenarios.md", "suites", suites())
+    for page in ("README.md", "docs/index.md", "docs/leaderboard.md", "docs/results.md"):
+        replace(ROOT / page, "headline", headline())
+
+
+def headline() -> str:
+    """The figure to quote: the shipped network with fresh seeds, pooled."""
+    report = build_report(find_runs(ROOT / "results" / "seeds"))
+    (group,) = report.groups
+    assert group.pooled is not None
+    counts, rate, interval = rate_cells(group.pooled)
+    predictor = report.runs[0].info.predictor
+    return (
+        f"**`{predictor}` lifts {counts} = {rate}** (95 % interval {interval}; seeds {group.seeds[0]} to "
+        f"{group.seeds[-1]}, each of the 180 objects once a seed)."
+    )
 
 
 def suites() -> str:

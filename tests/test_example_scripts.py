@@ -14,9 +14,9 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("02_from_python.py", ["coffee_mug", "95 % interval", "On 4 common trials"]),
+        ("02_from_python.py", ["coffee_mug", "2/4 = 50%, 95 % interval", "On 4 common trials"]),
         ("03_one_trial_by_hand.py", ["coffee_mug: 330 g", "grasps proposed", "success: lifted"]),
-        ("04_gymnasium.py", ["random: 0 of 5", "looking:"]),
+        ("04_gymnasium.py", ["random: 0 of 5", "looking: 4 of 5"]),
     ],
 )
 def test_an_example_script_runs(name: str, words: list[str], tmp_path: Path) -> None:

@@ -8,7 +8,9 @@ Exit codes: 0 success · 1 the run finished, but with more harness errors than a
 
 from __future__ import annotations
 
+import os
 import sys
+from contextlib import suppress
 from importlib.metadata import version as installed
 from typing import Annotated
 
@@ -25,6 +27,7 @@ from grasp_bench.cli.leaderboard import leaderboard_app
 from grasp_bench.cli.merge import merge_command
 from grasp_bench.cli.objects import objects_app
 from grasp_bench.cli.predictors import predictors_app, serve_command
+from grasp_bench.cli.rank import rank_command
 from grasp_bench.cli.replay import replay_command
 from grasp_bench.cli.report import report_command
 from grasp_bench.cli.run import run_command
@@ -32,6 +35,7 @@ from grasp_bench.cli.scenarios import scenarios_app
 from grasp_bench.cli.sweep import sweep_command
 from grasp_bench.cli.train import train_command
 from grasp_bench.errors import GraspBenchError
+from grasp_bench.system.texts import LONGEST, legible
 
 app = typer.Typer(
     name="grasp-bench",
@@ -72,6 +76,7 @@ app.add_typer(predictors_app, name="predictors")
 app.command("serve")(serve_command)
 app.add_typer(data_app, name="data")
 app.command("sweep")(sweep_command)
+app.command("rank")(rank_command)
 app.command("train")(train_command)
 app.command("evaluate")(evaluate_command)
 app.command("bench-table")(bench_table_command)
@@ -84,10 +89,19 @@ app.add_typer(cache_app, name="cache")
 
 def main() -> None:
     """Run the command line: one clear line for what is wrong, never a traceback for bad input."""
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(AttributeError, ValueError, OSError):  # a notebook's, or one that is closed
+            stream.reconfigure(errors="replace")  # pyright: ignore[reportAttributeAccessIssue]
     try:
         app(prog_name="grasp-bench")
     except GraspBenchError as error:
-        typer.echo(f"Error: {error}", err=True)
+        typer.echo(f"Error: {legible(str(error), LONGEST)}", err=True)
+        sys.exit(2)
+    except OSError as error:
+        if error.strerror is None:
+            raise
+        where = f"{os.fsdecode(error.filename)}: " if error.filename else ""
+        typer.echo(f"Error: {where}{error.strerror}.", err=True)
         sys.exit(2)
     except (KeyboardInterrupt, SystemExit) as end:
         if isinstance(end, SystemExit) and end.code != 130:  # Typer turns Ctrl-C into an exit with 130

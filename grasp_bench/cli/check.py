@@ -24,6 +24,13 @@ def check_command(
             "--exact", help="Demand identical records, as a pinned stack on one kind of machine gives."
         ),
     ] = False,
+    firmness: Annotated[
+        float | None,
+        typer.Option(
+            help="Of graded runs: gate on the force that breaks the grip instead of the success rate; the "
+            "ratio new / old to which a drop would matter, e.g. 0.8."
+        ),
+    ] = None,
     strict: Annotated[
         bool,
         typer.Option(
@@ -45,8 +52,14 @@ def check_command(
     [bold]regression[/bold] (exit 1): not so, and a drop is proven at level alpha, by McNemar's exact
     one-sided test.
 
-    [bold]inconclusive[/bold] (exit 0; 1 with --strict): neither. The trials are too few to prove a drop or
-    to exclude one of the margin; the power that is printed says what they can show.
+    [bold]underpowered[/bold] (exit 3): neither, and with so few trials a drop of the margin would rarely be
+    excluded even where nothing changed. It says how many trials would do.
+
+    [bold]inconclusive[/bold] (exit 0; 1 with --strict): neither, though there are trials enough.
+
+    With --firmness 0.8, of runs with the scenario graded: the same verdicts on how firmly objects are held.
+    No regression: a drop of the breaking force to 0.8 times is excluded, by bootstrap over objects.
+    Regression: a drop is proven, by the signed-rank test.
 
     With --exact: [bold]identical[/bold] (exit 0) or [bold]different[/bold] (exit 1).
 
@@ -54,21 +67,31 @@ def check_command(
 
     Example: grasp-bench check results/new --baseline results/old
     """
+    from grasp_bench.report.firmness_gate import check_firmness
     from grasp_bench.report.gate import Verdict, check
     from grasp_bench.report.gate_text import as_junit, as_markdown, as_text
 
-    checked = check(new, baseline, margin, alpha, exact)
-    try:
-        if junit is not None:
-            junit.write_bytes(as_junit(checked))
-        if markdown is not None:
-            with markdown.open("a", encoding="utf-8") as file:
-                file.write(as_markdown(checked))
-    except OSError as error:
-        raise GraspBenchError(f"{error.filename} cannot be written ({error.strerror}).") from error
+    if firmness is not None and exact:
+        raise GraspBenchError("--exact demands identical records and --firmness compares forces; give one.")
+    if firmness is None:
+        checked = check(new, baseline, margin, alpha, exact)
+    else:
+        checked = check_firmness(new, baseline, firmness, alpha)
+    for path, mode, content in (
+        (junit, "wb", lambda: as_junit(checked)),
+        (markdown, "ab", lambda: as_markdown(checked).encode()),
+    ):
+        if path is not None:
+            try:
+                with path.open(mode) as file:
+                    file.write(content())
+            except OSError as error:
+                raise GraspBenchError(f"{path} cannot be written ({error.strerror}).") from error
     if as_json:
         typer.echo(json.dumps(checked.to_json(), ensure_ascii=False))
     else:
         typer.echo(as_text(checked), nl=False)
     if checked.failed or (strict and checked.verdict is Verdict.INCONCLUSIVE):
         raise typer.Exit(1)
+    if checked.verdict is Verdict.UNDERPOWERED:
+        raise typer.Exit(3)

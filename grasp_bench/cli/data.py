@@ -110,19 +110,32 @@ def info_command(
     folder: Annotated[Path, typer.Argument(help="Root of a Cornell or Jacquard copy.")],
     folds: Annotated[int, typer.Option(help="Folds to make by objects, to show how.", min=1)] = 5,
 ) -> None:
-    """Say what a copy of Cornell or Jacquard holds, reading all of it: images, objects, labels, faults."""
+    """Say what a copy of Cornell or Jacquard holds, reading all of it: images, objects, labels, faults.
+
+    Every file that cannot be read is named; the exit code is 1 then.
+    """
     from grasp_bench.learning.data.folds import make_folds
     from grasp_bench.learning.data.opening import open_collection
 
     found = open_collection(folder)
     typer.echo(found.describe())
     labels = dropped = 0
-    for entry in found.entries:
-        sample = found.load(entry)
+    faults: list[str] = []
+    for _, sample, fault in found.samples():
+        if sample is None:
+            faults.append(fault)
+            continue
         labels += len(sample.rectangles)
         dropped += sample.dropped
-    typer.echo(f"{labels} rectangles; {dropped} dropped because of NaN or no area.")
+    typer.echo(
+        f"{labels} rectangles; {dropped} dropped because of NaN, no area or a middle outside of the picture."
+    )
     objects = [e.object for e in found.entries]
     most = len(set(objects)) if found.knows_objects else len(objects)
     made = make_folds(objects, min(folds, most), "object")
     typer.echo(f"{made.how[0].upper()}{made.how[1:]}: {', '.join(str(len(t)) for t in made.test)} images.")
+    for fault in faults:
+        typer.echo(fault, err=True)
+    if faults:
+        typer.echo(f"{len(faults)} of {len(found.entries)} images cannot be read.", err=True)
+        raise typer.Exit(1)

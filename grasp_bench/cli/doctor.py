@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from grasp_bench.cli.trust import Trust, ask_for_trust
 from grasp_bench.doctor.checks import healthy, show
 from grasp_bench.system.graphics import prepare, without_gl
 
@@ -33,12 +34,14 @@ def doctor_command(
         str | None,
         typer.Option(help="With --physics: test what depends on it with this gripper, by name or path."),
     ] = None,
+    trust: Trust = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """Check the installation, or do some trials of RUN again and compare them byte for byte.
 
     Where versions, objects, weights, renderer or processor are not those of RUN, it says so, and what that
-    means for its numbers.
+    means for its numbers. Of a run of the oracle it says whether it is an upper bound: whether it lifts
+    nearly everything, and no run of the same trials beside it lifts more.
 
     Exit codes: 0 all is well · 1 something is wrong or did not repeat · 2 bad input.
 
@@ -63,12 +66,15 @@ def doctor_command(
     else:
         from grasp_bench.runs.folder import load_run
 
-        prepare(load_run(run).renderer)
+        info = load_run(run)
+        trust = ask_for_trust(info.predictor, run, trust)
+        prepare(info.renderer)
+        from grasp_bench.doctor.bound import check_bound
         from grasp_bench.doctor.rerun import rerun
         from grasp_bench.execution.executors import make_executor
 
-        found = rerun(run, trials, make_executor("process", 1), objects)
-        title, checks = f"{run}, then and now", found.checks
+        found = rerun(run, trials, make_executor("process", 1), objects, trust)
+        title, checks = f"{run}, then and now", [*found.checks, *check_bound(run)]
     if as_json:
         typer.echo(json.dumps([c.to_json() for c in checks], ensure_ascii=False))
     else:

@@ -13,9 +13,11 @@ from grasp_bench.learning.training.config import TrainConfig
 from grasp_bench.networks.registry import info
 from grasp_bench.networks.store import shipped_file
 from grasp_bench.runs.evaluation import AnyDataset, Protocol, Record, Split
+from grasp_bench.system.progress import counting
 
 if TYPE_CHECKING:
     from grasp_bench.learning.evaluation.protocols import Case
+    from grasp_bench.runs.record import TrialRecord
 
 Format = Literal["table", "markdown", "json"]
 
@@ -171,14 +173,18 @@ def bench_table_command(
 
     progress = Console(stderr=True)
     if not no_run:
-
-        def announce(name: str) -> bool:
-            progress.print(name, highlight=False)
-            return True
-
         names = [n.strip() for n in predictors.split(",") if n.strip()] if predictors else None
-        for missing in bench.bench(folder, names, trials, scenario, seed, workers, announce):
-            progress.print(f"[yellow]{missing} left out: its weights are not installed.[/yellow]")
+        with counting(progress) as bar:
+            tasks = {n: bar.add_task(n, total=trials, state="") for n in bench.chosen(names)}
+            won = dict.fromkeys(tasks, 0)
+
+            def count(name: str, record: TrialRecord, resumed: bool) -> None:
+                won[name] += record.success
+                bar.update(tasks[name], advance=1, state=f"{won[name]} lifted")
+
+            missing = bench.bench(folder, names, trials, scenario, seed, workers, count)
+        for name in missing:
+            progress.print(f"[yellow]{name} left out: its weights are not installed.[/yellow]")
     comparison = bench.compare(bench.run_folders(folder), reference)
     results = bench.read_evaluations(evaluations)
     short = [r.model_dump(mode="json", exclude={"records"}) for r in results]

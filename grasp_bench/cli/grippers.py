@@ -177,7 +177,7 @@ def prepare(
     from grasp_bench.workshop.fitting import prepare as fit_all
 
     gripper = load_gripper(name)
-    catalog, names = select_objects(objects)
+    catalog, names = select_objects(objects, gripper)
     if is_reference(gripper):
         typer.echo(f"{name} is the reference gripper: the objects come with its grasps.")
         return

@@ -37,12 +37,14 @@ def list_objects(
         typer.echo(json.dumps(entries))
         return
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
     title = f"{len(entries)} objects in {len({e['category'] for e in entries})} categories"
     table = Table(header_style="bold", title=title)
     for name in ("Name", "Category", "Mass [g]", "Size [mm]", "Material", "Hulls"):
-        table.add_column(name, justify="right" if name in ("Mass [g]", "Size [mm]", "Hulls") else "left")
+        numbers = name in ("Mass [g]", "Size [mm]", "Hulls")
+        table.add_column(escape(name), justify="right" if numbers else "left")
     for e in entries:
         size = " × ".join(f"{1000 * x:.0f}" for x in e["extents"])
         table.add_row(

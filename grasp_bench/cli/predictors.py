@@ -31,12 +31,15 @@ def list_predictors(context: typer.Context, as_json: AsJson = False) -> None:
     from grasp_bench.predictors.shipped import SHIPPED
 
     rows: list[dict[str, Any]] = []
+    groups: list[str] = []
 
-    def add(name: str, kind: str, summary: str) -> None:
+    def add(name: str, kind: str, summary: str, group: str = "installed packages") -> None:
         rows.append({"name": name, "kind": kind, "summary": summary})
+        groups.append(group)
 
     for name, shipped in SHIPPED.items():
-        add(name, shipped.kind, shipped.summary + ("" if shipped.available else "; weights not installed"))
+        missing = "" if shipped.available else "; weights not installed"
+        add(name, shipped.kind, shipped.summary + missing, shipped.group)
     for name, offers in installed().items():
         for offer in offers:
             hidden = f"; hidden by the shipped {name}, use {offer.path}" if name in SHIPPED else ""
@@ -51,11 +54,19 @@ def list_predictors(context: typer.Context, as_json: AsJson = False) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    table = Table("Name", "Kind", "What it does", header_style="bold")
-    for row in rows:
-        table.add_row(*map(escape, row.values()))
+    table = Table("Name", "What it does", header_style="bold")
+    for group in dict.fromkeys(groups):
+        table.add_section()
+        table.add_row(f"[bold]{escape(group)}[/bold]", "")
+        for row, other in zip(rows, groups, strict=True):
+            if other == group:
+                table.add_row(escape(row["name"]), escape(row["summary"]))
     console = Console()
     console.print(table)
+    console.print(
+        "Where weights are not installed: `grasp-bench train --predictor NAME --data DIR --out DIR` makes "
+        "some, and `run --predictor NAME --weights FILE` uses them."
+    )
     console.print(
         escape(
             "Your own: --predictor my_module:MyPredictor, with predict(image) -> list[Grasp]; a server at "
@@ -92,7 +103,7 @@ def check_predictor(name: Name, as_json: AsJson = False) -> None:
         from rich.markup import escape
         from rich.table import Table
 
-        table = Table("Image", "Grasps", "Time [ms]", "Verdict", header_style="bold", title=escape(name))
+        table = Table("Image", "Grasps", "Time \\[ms]", "Verdict", header_style="bold", title=escape(name))
         for r in rows:
             colour = "red" if r.failed else "yellow" if r.findings else "green"
             words = "\n".join(f"{f.level}: {f.text}" for f in r.findings) or "sound"

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from grasp_bench.cli.trust import Trust, ask_for_trust
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.system.graphics import LIBRARIES, VARIABLE, prepare, with_gl
 from grasp_bench.system.machine import THREADS
@@ -38,6 +39,7 @@ def replay_command(
     objects: Annotated[
         Path | None, typer.Option(help="Folder of the objects' catalogue, if not the shipped one.")
     ] = None,
+    trust: Trust = False,
 ) -> None:
     """Do a recorded trial again, verify that it ends as recorded, and show it.
 
@@ -52,7 +54,9 @@ def replay_command(
         os.environ.setdefault(name, "1")
     from grasp_bench.runs.folder import load_run
 
-    _choose_graphics(load_run(run).renderer, viewer, opengl)
+    info = load_run(run)
+    trust = ask_for_trust(info.predictor, run, trust)
+    _choose_graphics(info.renderer, viewer, opengl)
     if video is not None:
         from grasp_bench.replay.video import check_kind
 
@@ -69,7 +73,7 @@ def replay_command(
     from grasp_bench.replay.story import story
     from grasp_bench.replay.verdict import Verdict
 
-    done = rebuild(run, trial, objects, attempt=attempt)
+    done = rebuild(run, trial, objects, attempt=attempt, trust=trust)
     for line in story(done):
         typer.echo(line)
     different = done.verdict is Verdict.DIFFERENT

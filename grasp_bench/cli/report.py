@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from grasp_bench.cli.output import put
+from grasp_bench.cli.trust import Trust, ask_for_trust
 from grasp_bench.errors import UnknownNameError
 
 
@@ -38,6 +39,7 @@ def report_command(
     objects: Annotated[
         Path | None, typer.Option(help="html: folder of the objects' catalogue, if not the shipped one.")
     ] = None,
+    trust: Trust = False,
 ) -> None:
     """Print the run made last in FOLDER beside others of its scenario and the paper's Table 4.
 
@@ -55,7 +57,9 @@ def report_command(
         from grasp_bench.replay.missing import render_missing
         from grasp_bench.report.html.page import describe, write_html
 
-        render_missing(find_runs(folder), render, objects)
+        render_missing(
+            find_runs(folder), render, objects, lambda name, where: ask_for_trust(name, where, trust)
+        )
         written = write_html(
             find_runs(folder), out or folder / "report.html", folder, objects, round(1_000_000 * max_mb)
         )

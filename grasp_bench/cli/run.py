@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 import signal
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from grasp_bench.cli import completion
-from grasp_bench.runs.limits import ErrorLimit
+from grasp_bench.runs.limits import MOST_SEED, MOST_TRIALS, ErrorLimit
 from grasp_bench.system.interrupts import told_apart
+from grasp_bench.system.machine import usable_cores
 from grasp_bench.system.progress import Progress
 
 
@@ -27,7 +29,9 @@ def run_command(
     trials: Annotated[
         int,
         typer.Option(
-            min=1, help="How many trials, spread evenly over the objects; of clutter, how many episodes."
+            min=1,
+            max=MOST_TRIALS,
+            help="How many trials, spread evenly over the objects; of clutter, how many episodes.",
         ),
     ] = 180,
     predictor: Annotated[
@@ -38,13 +42,17 @@ def run_command(
             "'cmd: python my_server.py --port {port}'.",
         ),
     ] = "htc-grasp",
+    weights: Annotated[
+        Path | None,
+        typer.Option(help="Weights of the network instead of the shipped ones, as `train` writes them."),
+    ] = None,
     scenario: Annotated[
         str,
         typer.Option(
             autocompletion=completion.scenarios, help="A shipped scenario, or the path of a YAML file."
         ),
     ] = "table4",
-    seed: Annotated[int, typer.Option(min=0, help="Seed of all that is random.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Seed of all that is random.")] = 0,
     workers: Annotated[int, typer.Option(min=0, help="Processes; 0 takes one for each core.")] = 0,
     out: Annotated[
         Path | None, typer.Option(help="Results folder; by default results/PREDICTOR-SCENARIO-seedN.")
@@ -97,34 +105,61 @@ def run_command(
 
     Example: grasp-bench run --objects mug,pliers --trials 20 --predictor oracle
     """
-    from rich.console import Console
+    from grasp_bench.execution.crew import early_crew
 
-    from grasp_bench import api
-    from grasp_bench.report.clutter import in_words
-    from grasp_bench.report.summary import Summary
-    from grasp_bench.runs.jobs import Shard, spread
+    if weights is not None:
+        from grasp_bench.predictors.names import with_weights
 
-    console = Console(quiet=quiet or as_json)
-    allowed = ErrorLimit.parse(max_errors)
-    stops = told_apart(signal.SIGINT, signal.SIGTERM)
-    with stops, Progress(len(spread(["any"], trials, Shard.parse(shard))), console) as bar:
-        done = api.run(
-            objects,
-            trials,
-            predictor,
-            scenario,
-            seed=seed,
-            workers=workers,
-            out=out,
-            renderer=renderer,
-            media=media,
-            rerun=rerun,
-            progress=bar.update,
-            shard=shard,
-            executor=executor,
-            ray_address=ray_address,
-            memory_limit=memory_limit,
-        )
+        predictor = with_weights(predictor, weights)
+    asked, most = workers, max(2, usable_cores())
+    if executor == "process":
+        workers = min(workers, most)
+    early = executor == "process"
+    with early_crew((predictor,), workers, trials, renderer) if early else nullcontext():
+        from rich.console import Console
+        from rich.markup import escape
+
+        from grasp_bench import api
+        from grasp_bench.objects.catalog import Catalog
+        from grasp_bench.objects.fitted import is_reference
+        from grasp_bench.report.clutter import in_words
+        from grasp_bench.report.ending import ending
+        from grasp_bench.report.summary import Summary
+        from grasp_bench.runs.jobs import Shard, spread
+        from grasp_bench.scenario.reading import load_scenario
+
+        console = Console(quiet=quiet or as_json)
+        if workers < asked:
+            console.print(f"{asked} workers would only wait for each other here; {workers} are used.")
+        allowed = ErrorLimit.parse(max_errors)
+        if objects is not None and objects != "all" and Path(objects).is_dir():
+            catalog = Catalog(Path(objects))
+            reference = is_reference(load_scenario(scenario).robot.loaded.gripper)
+            if reference and (without := catalog.ungraspable(catalog.names)):
+                console.print(
+                    f"Left out, since no grasp fits the gripper in any resting pose: {', '.join(without)}.",
+                    soft_wrap=True,
+                    markup=False,
+                )
+        total = len(spread(["any"], trials, Shard.parse(shard)))
+        with told_apart(signal.SIGINT, signal.SIGTERM), Progress(total, console) as bar:
+            done = api.run(
+                objects,
+                trials,
+                predictor,
+                scenario,
+                seed=seed,
+                workers=workers,
+                out=out,
+                renderer=renderer,
+                media=media,
+                rerun=rerun,
+                progress=bar.update,
+                shard=shard,
+                executor=executor,
+                ray_address=ray_address,
+                memory_limit=memory_limit,
+            )
     folder, summary, told = done.folder, done.summary, Summary.of(done)
     if summary.repaired:
         console.print(
@@ -144,9 +179,12 @@ def run_command(
         typer.echo(json.dumps(told.to_json()))
     said = f" lifted {told.lifted}" if told.clutter is None else f": {in_words(told.clutter)}"
     console.print(
-        f"[bold]{predictor}[/bold]{said}. Results in {folder}; see `grasp-bench report {folder}`.",
+        f"[bold]{escape(done.predictor)}[/bold]{said}. Results in {escape(str(folder))}; "
+        f"see `grasp-bench report {escape(str(folder))}`.",
         soft_wrap=True,
     )
+    for line in ending(done):
+        console.print(escape(line), soft_wrap=True, highlight=False)
     if rerun is not None:
         console.print(
             f"{rerun}: {rerun.stat().st_size / 1e6:.1f} MB; open it with `rerun {rerun}`."

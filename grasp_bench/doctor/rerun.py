@@ -12,6 +12,8 @@ from grasp_bench.execution.describe import describe
 from grasp_bench.execution.protocol import Executor
 from grasp_bench.execution.runner import carry_out
 from grasp_bench.objects.catalog import Catalog
+from grasp_bench.predictors.names import parse
+from grasp_bench.predictors.trust import require
 from grasp_bench.runs.folder import TRIALS, load_run
 from grasp_bench.runs.info import RUN, SAME_RUN, Group, RunInfo
 from grasp_bench.runs.jobs import Jobs, Settings, spread
@@ -31,6 +33,8 @@ MEANINGS = {
     "platform": "compilers and mathematical libraries differ: single trials may end otherwise",
     "python": "no known effect on results",
     "git": "other code of grasp-bench",
+    "environment": "these choose other instructions or another precision: a network's last digits may differ",
+    "apart": "a predictor within the harness's process could read the truth; one apart cannot",
 }
 
 
@@ -48,7 +52,9 @@ class Rerun:
     tried: int
 
 
-def rerun(folder: Path, trials: int, executor: Executor, objects: Path | None = None) -> Rerun:
+def rerun(
+    folder: Path, trials: int, executor: Executor, objects: Path | None = None, trust: bool = False
+) -> Rerun:
     """Do some trials of a run again.
 
     Args:
@@ -56,12 +62,15 @@ def rerun(folder: Path, trials: int, executor: Executor, objects: Path | None = 
         trials: how many, spread evenly over those that it holds.
         executor: carries the trials out.
         objects: folder of the objects; by default the shipped ones.
+        trust: start a predictor that is not shipped, too, though only the record names it.
 
     Raises:
+        UntrustedError: for a predictor that is not shipped, unless it is trusted.
         ResultsError: when the folder cannot be read or holds no trial.
         GraspBenchError: when the predictor, the scenario or an object cannot be used here.
     """
     run = load_run(folder)
+    require(run.predictor, folder, trust)
     catalog = Catalog(objects)
     names = run.tried
     for name in names:
@@ -82,6 +91,8 @@ def rerun(folder: Path, trials: int, executor: Executor, objects: Path | None = 
         after = {record.trial: record for record, _ in ended}
     apart = [(before[t], after[t]) for t in before if before[t].line() != after[t].line()]
     explained = any(c.state is State.NOTE for c in checks)
+    if (isolation := _isolation(run)) is not None:
+        checks.append(isolation)
     return Rerun([*checks, _verdict(apart, len(before), explained)], len(before) - len(apart), len(before))
 
 
@@ -115,6 +126,25 @@ def _stack(run: RunInfo, here: RunInfo) -> list[Check]:
     if not found:
         return [Check("Stack", State.OK, "objects, weights, versions, renderer and processor are the run's")]
     return [Check(key.capitalize(), State.NOTE, f"{words}: {MEANINGS[key]}") for key, words in found.items()]
+
+
+def _isolation(run: RunInfo) -> Check | None:
+    """Return whether a predictor that is not shipped could have read the truth; None for a shipped one."""
+    apart = parse(run.predictor).apart
+    if apart is None:
+        return None
+    if apart and run.apart is True:
+        return Check("Process", State.OK, "the predictor ran, and runs now, in a process of its own")
+    if apart:
+        return Check(
+            "Process", State.NOTE, "run.json does not say that the predictor had a process of its own"
+        )
+    return Check(
+        "Process",
+        State.NOTE,
+        "the predictor runs in the harness's process, where its caller's frame holds the truth: such a run "
+        "can be no row of the leaderboard; docs/leaderboard.md says how to run it apart",
+    )
 
 
 def _verdict(apart: list[tuple[TrialRecord, TrialRecord]], tried: int, explained: bool) -> Check:

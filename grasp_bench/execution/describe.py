@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import platform
 import subprocess
 import sys
@@ -28,6 +29,28 @@ PINNED = (
     "trimesh",
 )
 """Distributions whose versions can change a result."""
+
+
+NUMERIC = (
+    "ONEDNN_MAX_CPU_ISA",
+    "DNNL_MAX_CPU_ISA",
+    "ONEDNN_DEFAULT_FPMATH_MODE",
+    "ATEN_CPU_CAPABILITY",
+    "MKL_CBWR",
+    "MKL_ENABLE_INSTRUCTIONS",
+    "MKL_DEBUG_CPU_TYPE",
+    "OPENBLAS_CORETYPE",
+    "NPY_DISABLE_CPU_FEATURES",
+    "NPY_ENABLE_CPU_FEATURES",
+    "OPENCV_CPU_DISABLE",
+    "OPENCV_IPP",
+    "GLIBC_TUNABLES",
+    "CUDA_VISIBLE_DEVICES",
+    "CUBLAS_WORKSPACE_CONFIG",
+    "NVIDIA_TF32_OVERRIDE",
+    "TORCH_ALLOW_TF32_CUBLAS_OVERRIDE",
+)
+"""Environment variables by which libraries choose instructions or precision: results may differ by them."""
 
 
 def objects_of(settings: Settings, jobs: Jobs, catalog: Catalog) -> list[str]:
@@ -60,7 +83,14 @@ def describe(
         platform=f"{platform.system()} {platform.machine()}",
         cpu=cpu_name(),
         git=_git_revision(),
+        environment=_environment(),
+        apart=parse(settings.predictor).apart,
     )
+
+
+def _environment() -> dict[str, str] | None:
+    """Return the environment variables that are set and may change the last digits of a result."""
+    return {name: os.environ[name] for name in NUMERIC if name in os.environ} or None
 
 
 def _git_revision() -> str | None:

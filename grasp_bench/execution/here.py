@@ -12,10 +12,13 @@ from grasp_bench.runs.jobs import Job, Settings
 
 
 class Here:
-    """Executor for a predictor that no other process can make; it is used for every trial."""
+    """Executor for a predictor that no other process can make; it is used for every trial.
 
-    def __init__(self, predictor: Predictor) -> None:
-        self.predictor = predictor
+    With ``raises``, the first exception of the predictor ends the run, and is raised as it is.
+    """
+
+    def __init__(self, predictor: Predictor, raises: bool = False) -> None:
+        self.predictor, self.raises = predictor, raises
 
     def run(self, settings: Settings, jobs: Iterable[Job]) -> Generator[Answer, None, None]:
         """See :class:`~grasp_bench.execution.protocol.Executor`."""
@@ -23,4 +26,4 @@ class Here:
 
         catalog, cell = Catalog(settings.objects), Workcell(settings.scenario, settings.renderer)
         for job in jobs:
-            yield attempt(job, settings, catalog, cell, self.predictor)
+            yield attempt(job, settings, catalog, cell, self.predictor, raises=self.raises)

@@ -12,16 +12,26 @@ from grasp_bench.scenario.outcomes import Outcome
 
 
 @dataclass(frozen=True)
+class Round(Job):
+    """A trial that several predictors do, by their names, one after the other on the same worker."""
+
+    predictors: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Answer:
     """A trial that ended by itself, with its lines for ``trials.jsonl`` and ``timings.jsonl``.
 
-    ``tracebacks`` are those of what foreign code raised meanwhile, as text.
+    Attributes:
+        tracebacks: those of what foreign code raised meanwhile, as text.
+        predictor: name of the one that was asked.
     """
 
     job: Job
     record: TrialRecord
     timings: Timings
     tracebacks: tuple[str, ...] = ()
+    predictor: str = ""
 
 
 @dataclass(frozen=True)

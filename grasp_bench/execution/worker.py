@@ -2,76 +2,147 @@
 
 from __future__ import annotations
 
-import os
+import gc
+import threading
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from grasp_bench.execution.protocol import Answer, failed
+from grasp_bench.execution.protocol import Answer, Round, failed
 from grasp_bench.objects.catalog import Catalog
 from grasp_bench.predictors import load_predictor
 from grasp_bench.predictors.guard import catching
 from grasp_bench.predictors.protocol import Predictor
+from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.runs.jobs import Job, Settings
 from grasp_bench.runs.record import Timings
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.system import interrupts
-from grasp_bench.system.machine import THREADS
-from grasp_bench.system.spawning import die_with_parent, print_to_stderr
 from grasp_bench.system.texts import raised, whole_traceback
 
 if TYPE_CHECKING:
+    from grasp_bench.trials.attempt import Table
+    from grasp_bench.trials.watching import Watch
     from grasp_bench.trials.workcell import Workcell
 
-_worker: dict[str, Any] = {}
+_predictors: dict[str, Predictor] = {}
+_broken: dict[str, str] = {}
+"""Why a predictor could not be loaded, by its name."""
+_loading: list[threading.Thread] = []
+"""The thread that loads predictors, until somebody has waited for it."""
+_run: dict[str, Any] = {}
+"""What the trials of one run share, and its settings."""
 
 
 class NotStarted(Exception):  # noqa: N818 - it is a worker's state that travels to the parent
     """A worker could not load what its trials share."""
 
 
-def start(settings: Settings) -> None:
-    """Load once what all trials of a worker share; the first trial tells what is wrong."""
-    for name in THREADS:
-        os.environ[name] = "1"
-    die_with_parent()
-    print_to_stderr()
-    try:
-        load(settings)
-    except BaseException as error:  # an initializer that raises would only be started again, for ever
-        _worker["broken"] = raised(error)
-
-
-def load(settings: Settings) -> None:
-    """Load catalog, workcell and predictor."""
+def import_all() -> None:
+    """Import what every trial needs."""
     import cv2
 
-    from grasp_bench.trials.workcell import Workcell
+    import grasp_bench.trials.job
+    import grasp_bench.trials.shared  # noqa: F401
 
     cv2.setNumThreads(1)
-    _worker.clear()
-    _worker.update(
-        settings=settings,
-        catalog=Catalog(settings.objects),
-        cell=Workcell(settings.scenario, settings.renderer),
-        predictor=load_predictor(settings.predictor),
+
+
+def load(predictors: Sequence[str], early: bool = False) -> None:
+    """Load predictors by name; what is wrong with one is told by its first trial.
+
+    Shipped ones are loaded beside the first trial, which does not need them before its picture is taken.
+    Other people's may take long, and the time of no trial counts it.
+    """
+    shipped = [n for n in predictors if n in SHIPPED]
+    if not early:
+        for name in predictors:
+            if name not in shipped:
+                _load(name)
+
+    def load_shipped() -> None:
+        for name in shipped:
+            _load(name)
+        gc.freeze()  # modules, and what all trials share, are no garbage
+        gc.enable()
+
+    _loading.append(threading.Thread(target=load_shipped, daemon=True, name="load-predictors"))
+    _loading[0].start()
+
+
+def _load(name: str) -> None:
+    try:
+        _predictors[name] = load_predictor(name)
+    except BaseException as error:  # an initializer that raises would only be started again, for ever
+        _broken[name] = raised(error)
+
+
+def do(settings: Settings, job: Job) -> tuple[Answer, ...]:
+    """Do one trial with each predictor of ``job``; NotStarted when this worker could not start."""
+    if settings != _run.get("settings"):
+        try:
+            _enter(settings)
+        except Exception as error:
+            raise NotStarted(raised(error)) from error
+    catalog, cell = _run["catalog"], _run["cell"]
+    names = job.predictors if isinstance(job, Round) else (settings.predictor,)
+    table = None
+    if (len(names) > 1 or _loading) and settings.scenario.clutter is None:
+        table = _shared(cell, catalog, job, settings.seed, ahead=bool(_loading))
+    while _loading:
+        _loading.pop().join()
+    for name in names:
+        if name not in _predictors:
+            raise NotStarted(_broken.get(name, f"{name} was not loaded"))
+    return tuple(
+        attempt(job, replace(settings, predictor=n), catalog, cell, _predictors[n], table) for n in names
     )
 
 
-def do(job: Job) -> Answer:
-    """Do one trial; NotStarted when this worker could not start."""
-    if "broken" in _worker:
-        raise NotStarted(_worker["broken"])
-    return attempt(job, **_worker)
+def _shared(cell: Workcell, catalog: Catalog, job: Job, seed: int, ahead: bool) -> Table | None:
+    """Return what all who try a trial find, for ``ahead`` with its picture taken; None where that fails.
+
+    Then each finds out by itself what is wrong, and records it.
+    """
+    from grasp_bench.trials.shared import SharedTable
+
+    try:
+        shared = SharedTable(cell, catalog.load(job.object), job.attempt, seed)
+        return shared.prepared() if ahead else shared.table
+    except Exception:
+        return None
 
 
-def attempt(job: Job, settings: Settings, catalog: Catalog, cell: Workcell, predictor: Predictor) -> Answer:
-    """Do one trial, whose record is an error where anything raises."""
-    from grasp_bench.media.recorders import recorders_for
+def _enter(settings: Settings) -> None:
+    from grasp_bench.trials.workcell import Workcell
+
+    _run.clear()
+    _run.update(
+        settings=settings,
+        catalog=Catalog(settings.objects),
+        cell=Workcell(settings.scenario, settings.renderer),
+    )
+
+
+def attempt(
+    job: Job,
+    settings: Settings,
+    catalog: Catalog,
+    cell: Workcell,
+    predictor: Predictor,
+    table: Table | None = None,
+    raises: bool = False,
+) -> Answer:
+    """Do one trial, whose record is an error where anything raises; with ``raises`` that is raised again.
+
+    ``table`` is as in :func:`~grasp_bench.trials.job.do_job`.
+    """
     from grasp_bench.trials.job import do_job
 
     with catching() as faults:
         try:
-            done = do_job(cell, catalog, predictor, job, settings.seed, partial(recorders_for, settings))
+            done = do_job(cell, catalog, predictor, job, settings.seed, _watch(settings), table)
             record, timings = done.record, done.clock.timings(job.trial)
         except BaseException as error:  # whatever goes wrong belongs to this trial alone
             if interrupts.by_user(error):
@@ -80,4 +151,16 @@ def attempt(job: Job, settings: Settings, catalog: Catalog, cell: Workcell, pred
             category = catalog.entries[job.object]["category"]
             record = failed(job, category, settings.seed, Outcome.ERROR, raised(error))
             timings = Timings(trial=job.trial)
-    return Answer(job, record, timings, tuple(map(whole_traceback, faults)))
+    if raises and faults and record.outcome is Outcome.ERROR:
+        raise faults[0]
+    return Answer(job, record, timings, tuple(map(whole_traceback, faults)), settings.predictor)
+
+
+def _watch(settings: Settings) -> Watch:
+    from grasp_bench.trials.watching import unwatched
+
+    if not settings.keeps:
+        return unwatched
+    from grasp_bench.media.recorders import recorders_for
+
+    return partial(recorders_for, settings)

@@ -62,6 +62,14 @@ def crop_for(image: RgbdImage, grasps: list[Grasp]) -> Crop:
     return Crop((width - side) // 2, (height - side) // 2, side)
 
 
+def close_to(image: RgbdImage, grasp: Grasp | None) -> Crop:
+    """Return a square of the image around a grasp, half of :func:`crop_for`'s where that holds it."""
+    if grasp is None:
+        return crop_for(image, [])
+    side = int(min(max(112.0, 1.6 * grasp.width + 32), min(image.depth.shape)))
+    return Crop(round(grasp.x - side / 2), round(grasp.y - side / 2), side)
+
+
 def draw_grasp(picture: Rgb, grasp: Grasp, thick: bool = True, color: tuple[int, int, int] = GREEN) -> None:
     """Draw a grasp's rectangle into ``picture``, the fingers in red when ``thick``."""
     corners = np.round((grasp.rectangle(min(grasp.width / 2, 24.0)) - 0.5) * 8).astype(np.int32)

@@ -8,6 +8,9 @@ of clutter has both of each attempt: ``media/00017-02.webp``, ``media/00017-02-c
 from __future__ import annotations
 
 import io
+import os
+import re
+import stat
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,12 +25,13 @@ from grasp_bench.media.recording import Recording
 from grasp_bench.media.takes import Take
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.system import interrupts
+from grasp_bench.system.files import read_text
 from grasp_bench.system.integrity import write_whole
-from grasp_bench.system.texts import raised
+from grasp_bench.system.texts import LONGEST, legible, raised
 from grasp_bench.trials.attempt import Trial
 
 FOLDER = "media"
-CLIP_SIZE = (208, 156)
+CLIP_SIZE = (320, 240)
 CLIP_INTERVAL = 0.32
 """Simulated seconds from one frame to the next."""
 CLIP_RATE = 8.0
@@ -50,7 +54,22 @@ def stem(trial: int, attempt: int | None = None) -> str:
 def find(run: Path, trial: int, attempt: int | None = None) -> Media:
     """Return what is stored of a trial, or of an attempt of an episode."""
     sheet, clip = _paths(run, trial, attempt)
-    return Media(sheet if sheet.is_file() else None, clip if clip.is_file() else None)
+    return Media(sheet if _is_picture(sheet) else None, clip if _is_picture(clip) else None)
+
+
+def _is_picture(path: Path) -> bool:
+    """Return whether a file is a WebP of the run itself, and no link, which may lead anywhere."""
+    if path.is_symlink() or path.parent.is_symlink():
+        return False
+    try:
+        handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOFOLLOW | os.O_CLOEXEC)
+    except OSError:
+        return False
+    with os.fdopen(handle, "rb") as file:
+        if not stat.S_ISREG(os.fstat(handle).st_mode):
+            return False
+        head = file.read(12)
+    return head[:4] == b"RIFF" and head[8:] == b"WEBP"
 
 
 def remove(run: Path, trial: int) -> None:
@@ -116,9 +135,14 @@ def faults(run: Path) -> dict[int, str]:
     """Return trials whose media could not be made, and why; of an episode, its first such attempt."""
     found: dict[int, str] = {}
     for path in sorted((run / FOLDER).glob("*.txt")):
-        trial, _, attempt = path.stem.partition("-")
-        why = path.read_text(encoding="utf-8").strip()
-        found.setdefault(int(trial), f"attempt {int(attempt)}: {why}" if attempt else why)
+        name = re.fullmatch(r"([0-9]{5,9})(?:-([0-9]{2,9}))?", path.stem)
+        if name is None or path.is_symlink():
+            continue  # somebody's notes, or a way elsewhere
+        try:
+            why = legible(read_text(path).strip(), LONGEST)
+        except (OSError, ValueError) as error:
+            why = f"{path.name} cannot be read ({raised(error)})"
+        found.setdefault(int(name[1]), f"attempt {int(name[2])}: {why}" if name[2] else why)
     return found
 
 

@@ -11,7 +11,7 @@ from typing import Any, Self
 
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.grasps import GraspMaps
-from grasp_bench.media.pictures import Rgb, crop_for, depth, proposed, seen
+from grasp_bench.media.pictures import Rgb, close_to, crop_for, depth, proposed, seen
 from grasp_bench.media.recording import Moment, Recording, moment
 from grasp_bench.predictors.guard import Guard
 from grasp_bench.scenario.outcomes import Outcome
@@ -76,8 +76,11 @@ class Take:
         """Whether there is an image, so that there is something to show."""
         return self.done.image is not None and self.done.world is not None
 
-    def pictures(self) -> dict[str, Rgb]:
+    def pictures(self, close: bool = False) -> dict[str, Rgb]:
         """Draw what was ``seen``, its ``depth``, and what was ``proposed``: squares of one part of the image.
+
+        Args:
+            close: show the surroundings of the grasp that was carried out only.
 
         Raises:
             GraspBenchError: for what ended before there was an image.
@@ -88,7 +91,7 @@ class Take:
                 f"{self.name.capitalize()} ended before there was an image "
                 f"({self.done.record.outcome}); there is nothing to show."
             )
-        crop = crop_for(image, [] if grasp is None else [grasp])
+        crop = close_to(image, grasp) if close else crop_for(image, [] if grasp is None else [grasp])
         return {
             "seen": seen(image, crop, grasp),
             "depth": depth(image, crop, grasp),

@@ -61,8 +61,10 @@ def _affine(norm: nn.BatchNorm2d) -> tuple[Tensor, Tensor]:
     """Scale and shift (C,) of each channel."""
     assert norm.running_var is not None
     assert norm.running_mean is not None
-    scale = norm.weight / torch.sqrt(norm.running_var + norm.eps)
-    return scale, norm.bias - norm.running_mean * scale
+    weight = norm.weight if norm.affine else torch.ones_like(norm.running_mean)
+    bias = norm.bias if norm.affine else torch.zeros_like(norm.running_mean)
+    scale = weight / torch.sqrt(norm.running_var + norm.eps)
+    return scale, bias - norm.running_mean * scale
 
 
 def _scale_outputs(convolution: Convolution, scale: Tensor) -> None:

@@ -24,6 +24,8 @@ Where the paper is silent or misprinted:
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import torch
@@ -85,15 +87,20 @@ class ExternalAttention(nn.Module):
 
     Tokens attend to two learnt memories, M_k and M_v of S rows, shared by all images and by
     all heads, which costs O(N·S) for N tokens where self-attention costs O(N²).
+
+    Args:
+        widening: factor of channels and heads within; 4, with biases of the memories, is what the class of
+            external attention's authors does (Guo et al., EANet), and 1 what the paper's equations say,
+            whose output layer has equal input and output size.
     """
 
-    def __init__(self, channels: int, heads: int, memory: int = MEMORY) -> None:
+    def __init__(self, channels: int, heads: int, memory: int = MEMORY, widening: int = 1) -> None:
         super().__init__()
-        self.heads = heads
-        self.query = Tokenwise(channels, channels)
-        self.memory_key = Tokenwise(channels // heads, memory, bias=False)
-        self.memory_value = Tokenwise(memory, channels // heads, bias=False)
-        self.output = Tokenwise(channels, channels)
+        self.heads = heads * widening
+        self.query = Tokenwise(channels, channels * widening)
+        self.memory_key = Tokenwise(channels // heads, memory, bias=widening > 1)
+        self.memory_value = Tokenwise(memory, channels // heads, bias=widening > 1)
+        self.output = Tokenwise(channels * widening, channels)
 
     @staticmethod
     def double_normalise(scores: Tensor) -> Tensor:
@@ -107,12 +114,12 @@ class ExternalAttention(nn.Module):
 
     def forward(self, x: Tensor) -> Tensor:
         """Map (B, N, C) to (B, N, C)."""
-        b, n, c = x.shape
-        query = self.query(x).view(b, n, self.heads, c // self.heads)
+        b, n, _ = x.shape
+        query = self.query(x).view(b, n, self.heads, -1)
         scores = self.memory_key(query)
         normalise = _DoubleNormalised.apply if self.training else self.double_normalise
         weights = normalise(scores).to(query.dtype)
-        return self.output(self.memory_value(weights).reshape(b, n, c))
+        return self.output(self.memory_value(weights).reshape(b, n, -1))
 
 
 class SelfAttention(nn.Module):
@@ -140,13 +147,17 @@ class SelfAttention(nn.Module):
         return self.output(mixed.transpose(1, 2).reshape(b, n, c))
 
 
+Attend = Callable[[int, int], nn.Module]
+"""Makes the attention of a block from numbers of channels and heads."""
+
+
 class TransformerBlock(nn.Module):
     """Attention, then a feed-forward layer of ratio 4; pre-norm and residual both."""
 
-    def __init__(self, channels: int, heads: int, external: bool) -> None:
+    def __init__(self, channels: int, attention: nn.Module) -> None:
         super().__init__()
         self.norm_attention = nn.LayerNorm(channels)
-        self.attention = (ExternalAttention if external else SelfAttention)(channels, heads)
+        self.attention = attention
         self.norm_feed_forward = nn.LayerNorm(channels)
         self.feed_forward = nn.Sequential(
             Tokenwise(channels, 4 * channels), nn.GELU(), Tokenwise(4 * channels, channels)
@@ -162,13 +173,15 @@ class Stage(nn.Module):
     """Overlapping patch embedding and Transformer blocks (section 3.3.1)."""
 
     def __init__(
-        self, inputs: int, channels: int, heads: int, depth: int, *, first: bool, external: bool
+        self, inputs: int, channels: int, heads: int, depth: int, *, first: bool, attend: Attend
     ) -> None:
         super().__init__()
         kernel, stride = (7, 4) if first else (3, 2)
         self.embed = nn.Conv2d(inputs, channels, kernel, stride, kernel // 2)
         self.norm_embed = nn.LayerNorm(channels)
-        self.blocks = nn.Sequential(*(TransformerBlock(channels, heads, external) for _ in range(depth)))
+        self.blocks = nn.Sequential(
+            *(TransformerBlock(channels, attend(channels, heads)) for _ in range(depth))
+        )
         self.norm = nn.LayerNorm(channels)
 
     def forward(self, x: Tensor) -> Tensor:
@@ -275,15 +288,21 @@ class HTCGrasp(nn.Module):
         external_attention: False for multi-head self-attention (equation 3) in all blocks.
         channel_attention: False for a decoder without squeeze-and-excite branch.
         inputs: number of channels of the image.
+        widening: of external attention.
     """
 
     def __init__(
-        self, external_attention: bool = True, channel_attention: bool = True, inputs: int = 4
+        self,
+        external_attention: bool = True,
+        channel_attention: bool = True,
+        inputs: int = 4,
+        widening: int = 1,
     ) -> None:
         super().__init__()
+        attend = partial(ExternalAttention, widening=widening) if external_attention else SelfAttention
         sizes = (inputs, *CHANNELS)
         self.stages = nn.ModuleList(
-            Stage(sizes[i], sizes[i + 1], HEADS[i], DEPTHS[i], first=i == 0, external=external_attention)
+            Stage(sizes[i], sizes[i + 1], HEADS[i], DEPTHS[i], first=i == 0, attend=attend)
             for i in range(len(CHANNELS))
         )
         self.fuse = Fuse(CHANNELS, DECODER_CHANNELS)

@@ -1,7 +1,6 @@
-"""All grasp networks by name. A new one is its architecture's module and one entry here.
+"""All grasp networks by name, as :mod:`grasp_bench.networks.entries` registers them.
 
-The entry makes it a network that can be trained and a predictor that is listed, and puts it beside the rows
-of the paper that it stands for. Nothing here imports torch before a network is built.
+Nothing here imports torch before a network is built.
 """
 
 from __future__ import annotations
@@ -10,97 +9,11 @@ from pkgutil import resolve_name
 from typing import TYPE_CHECKING
 
 from grasp_bench.errors import UnknownNameError
+from grasp_bench.networks.entries import REGISTERED
 from grasp_bench.networks.spec import CHANNELS, Kind, Network, Weights
 
 if TYPE_CHECKING:
     from torch import nn
-
-_HTC = "HTC-Grasp: A Hybrid Transformer-CNN Architecture for Robotic Grasp Detection, Electronics 12(6), 2023"
-_GR = "Kumra et al., Antipodal Robotic Grasping using Generative Residual CNN, IROS 2020"
-
-REGISTERED = (
-    Network(
-        "htc-grasp",
-        "HTC-Grasp, hybrid Transformer-CNN (Zhang et al., 2023)",
-        "grasp_bench.networks.htc_grasp:HTCGrasp",
-        _HTC,
-        kinds=("rgbd",),
-        rows={1: "HTC-Grasp", 2: "HTC-Grasp", 3: "EA + CA", 4: "HTC-Grasp"},
-        others=(Weights("htc-grasp-1000", "HTC-Grasp after 1,000 steps, as all below", rows={3: "EA + CA"}),),
-    ),
-    Network(
-        "htc-grasp-no-ea",
-        "HTC-Grasp's ablation: plain self-attention",
-        "grasp_bench.networks.htc_grasp:HTCGrasp",
-        _HTC,
-        kinds=("rgbd",),
-        arguments={"external_attention": False},
-        rows={3: "CA"},
-        ablates="htc-grasp-1000",
-    ),
-    Network(
-        "htc-grasp-no-ca",
-        "HTC-Grasp's ablation: no channel attention",
-        "grasp_bench.networks.htc_grasp:HTCGrasp",
-        _HTC,
-        kinds=("rgbd",),
-        arguments={"channel_attention": False},
-        rows={3: "EA"},
-        ablates="htc-grasp-1000",
-    ),
-    Network(
-        "htc-grasp-plain",
-        "HTC-Grasp's ablation: neither",
-        "grasp_bench.networks.htc_grasp:HTCGrasp",
-        _HTC,
-        kinds=("rgbd",),
-        arguments={"external_attention": False, "channel_attention": False},
-        ablates="htc-grasp-1000",
-    ),
-    Network(
-        "gg-cnn",
-        "GG-CNN on depth (Morrison et al., 2018)",
-        "grasp_bench.networks.ggcnn:GGCNN",
-        "Morrison et al., Closing the Loop for Robotic Grasping, RSS 2018",
-        kinds=("depth", "rgbd"),
-        parameters={"depth": 62_420, "rgbd": 70_196},
-        rows={1: "GG-CNN", 4: "GG-CNN"},
-    ),
-    Network(
-        "gg-cnn2",
-        "GG-CNN2 on depth (Morrison et al., 2020)",
-        "grasp_bench.networks.ggcnn:GGCNN2",
-        "Morrison et al., Learning Robust, Real-Time, Reactive Robotic Grasping, IJRR 2020",
-        kinds=("depth", "rgbd"),
-        parameters={"depth": 66_676, "rgbd": 72_484},
-        rows={2: "GG-CNN2"},
-    ),
-    Network(
-        "gr-convnet",
-        "GR-ConvNet, 32 channels, RGB-D (Kumra et al., 2020)",
-        "grasp_bench.networks.grconvnet:GRConvNet",
-        _GR,
-        arguments={"channels": 32},
-        parameters={"rgbd": 1_900_900, "depth": 1_893_124},
-        rows={1: "GR-CNN", 2: "GR-CNN"},
-    ),
-    Network(
-        "gr-convnet-16",
-        "GR-ConvNet, 16 channels, RGB-D (Kumra et al., 2020)",
-        "grasp_bench.networks.grconvnet:GRConvNet",
-        _GR,
-        arguments={"channels": 16},
-        parameters={"rgbd": 479_156},
-    ),
-    Network(
-        "tf-grasp",
-        "TF-Grasp, Swin Transformer, RGB-D (Wang et al., 2022)",
-        "grasp_bench.networks.tf_grasp:TFGrasp",
-        "Wang et al., When Transformer Meets Robotic Grasping, RA-L 2022",
-        parameters={"rgbd": 6_812_108},
-        rows={1: "TF-Grasp", 2: "TF-Grasp", 4: "TF-Grasp"},
-    ),
-)
 
 NETWORKS: dict[str, Network] = {network.name: network for network in REGISTERED}
 

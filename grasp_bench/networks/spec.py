@@ -6,10 +6,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-Kind = Literal["rgbd", "rgb", "depth"]
+Kind = Literal["rgbd", "rgb", "depth", "rgd"]
 
-CHANNELS: dict[str, int] = {"depth": 1, "rgb": 3, "rgbd": 4}
-"""Input channels of each kind; 'rgbd' has depth first, as GR-ConvNet does."""
+CHANNELS: dict[str, int] = {"depth": 1, "rgb": 3, "rgbd": 4, "rgd": 3}
+"""Input channels of each kind; 'rgbd' has depth first, as GR-ConvNet does, 'rgd' depth instead of blue."""
+
+Targets = Literal["maps", "rectangles", "tries"]
+"""What a network learns from: four maps, rectangles that hold, or rectangles with those that failed."""
+
+Group = Literal["HTC-Grasp", "rivals", "rivals, reconstructed", "trunks"]
+"""Headings under which networks are listed."""
 
 ALL_KINDS: tuple[Kind, ...] = ("rgbd", "rgb", "depth")
 
@@ -43,6 +49,10 @@ class Network:
         parameters: counts of the published networks by input; empty where no code was published.
         crop: side of the square input [px].
         rows: the same for the network's own weights as :attr:`Weights.rows`.
+        group: heading under which it is listed.
+        targets: what it learns from.
+        labelled: share of the scenes whose labels it is shown; the others are pictures only.
+        once: names under which earlier versions stored weights of this network.
         ablates: name of the weights that this ablation is compared with; None where there is none.
         others: further weights of this network that are shipped.
     """
@@ -56,6 +66,10 @@ class Network:
     parameters: Mapping[str, int] = field(default_factory=dict)
     crop: int = 224
     rows: Mapping[int, str] = field(default_factory=dict)
+    group: Group = "rivals"
+    targets: Targets = "maps"
+    labelled: float = 1.0
+    once: tuple[str, ...] = ()
     ablates: str | None = None
     others: tuple[Weights, ...] = ()
 

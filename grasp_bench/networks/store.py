@@ -56,8 +56,9 @@ class WeightsFile:
         """Refuse a file that is missing with an AssetError that says how to get it."""
         if not self.present:
             raise AssetError(
-                f"Weights {self.path} are missing; train them with `grasp-bench train --predictor "
-                f"{self.path.stem} --export`, or give the path of a .safetensors file."
+                f"Weights {self.path} are missing; name a .safetensors file that is there, or train them: "
+                "`grasp-bench data synth --scenes 2000 --out scenes` makes scenes, and `grasp-bench train "
+                "--predictor htc-grasp --data scenes --out runs/mine` writes runs/mine/htc-grasp.safetensors."
             )
 
     def described(self) -> str:

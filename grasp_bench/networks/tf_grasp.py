@@ -1,9 +1,10 @@
 """TF-Grasp (Wang et al., RA-L 2022): a U-Net of Swin Transformer blocks, written anew.
 
 Four levels of 48, 96, 192 and 384 channels, two blocks each on the way down and up, windows of
-7×7 tokens, every second block shifted by 3. Two habits of the authors' code are kept: ReLU
-in the feed-forward layers, and expanding by a plain reshape, which does not put the parts of a
-token beside each other as a pixel shuffle would.
+7×7 tokens, every second block shifted by 3. A habit of the authors' code is kept: ReLU in the
+feed-forward layers. Another is an option only: their released file expands by a plain reshape, which puts
+the parts of a token into one row, so that whatever the decoder draws is in another column than what the
+skip connections bring. Expanding here is Swin-UNet's (Cao et al., 2021), a block of pixels for each token.
 """
 
 from __future__ import annotations
@@ -118,8 +119,8 @@ class Merge(nn.Module):
         return self.reduce(self.norm(torch.cat(parts, dim=-1)))
 
 
-class Expand(nn.Module):
-    """Multiplies the resolution by ``factor``: a linear map, then a plain reshape."""
+class Reshaped(nn.Module):
+    """Multiplies the resolution by ``factor`` as the release does: a linear map, then a plain reshape."""
 
     def __init__(self, channels: int, outputs: int, factor: int) -> None:
         super().__init__()
@@ -133,18 +134,39 @@ class Expand(nn.Module):
         return self.norm(self.expand(x).reshape(b, self.factor * h, self.factor * w, self.outputs))
 
 
+class Expand(nn.Module):
+    """Multiplies the resolution by ``factor``: what a token is mapped to is a block of ``factor``² pixels.
+
+    The map is not called as in :class:`Reshaped`, whose weights mean something else.
+    """
+
+    def __init__(self, channels: int, outputs: int, factor: int) -> None:
+        super().__init__()
+        self.factor = factor
+        self.spread = nn.Linear(channels, factor * factor * outputs, bias=False)
+        self.norm = nn.LayerNorm(outputs)
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Map (B, H, W, C) to (B, factor · H, factor · W, outputs)."""
+        b, h, w, _ = x.shape
+        blocks = self.spread(x).view(b, h, w, self.factor, self.factor, -1).transpose(2, 3)
+        return self.norm(blocks.reshape(b, self.factor * h, self.factor * w, -1))
+
+
 class TFGrasp(nn.Module):
     """6,812,108 parameters at embedding 48 on RGB-D.
 
     Args:
         inputs: number of channels of the image.
         embedding: number of channels of the first level.
+        reshape: expand as the released code does.
     """
 
-    def __init__(self, inputs: int = 4, embedding: int = 48) -> None:
+    def __init__(self, inputs: int = 4, embedding: int = 48, reshape: bool = False) -> None:
         super().__init__()
+        expand = Reshaped if reshape else Expand
         channels = [embedding * 2**level for level in range(len(HEADS))]
-        drops = torch.linspace(0, DROP_PATH, DEPTH * len(HEADS)).tolist()
+        drops = torch.linspace(0, DROP_PATH, DEPTH * len(HEADS), device="cpu").tolist()
 
         def blocks(level: int) -> nn.Sequential:
             return nn.Sequential(
@@ -164,11 +186,11 @@ class TFGrasp(nn.Module):
         self.down = nn.ModuleList(blocks(level) for level in range(len(HEADS)))
         self.merge = nn.ModuleList(Merge(c) for c in channels[:-1])
         self.norm_bottom = nn.LayerNorm(channels[-1])
-        self.expand = nn.ModuleList(Expand(2 * c, c, 2) for c in channels[:-1])
+        self.expand = nn.ModuleList(expand(2 * c, c, 2) for c in channels[:-1])
         self.skip = nn.ModuleList(nn.Linear(2 * c, c) for c in channels[:-1])
         self.up = nn.ModuleList(blocks(level) for level in range(len(HEADS) - 1))
         self.norm_top = nn.LayerNorm(embedding)
-        self.expand_last = Expand(embedding, embedding, 4)
+        self.expand_last = expand(embedding, embedding, 4)
         self.head = nn.Conv2d(embedding, 4, 1, bias=False)
         for module in self.modules():
             if isinstance(module, nn.Linear):

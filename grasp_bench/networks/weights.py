@@ -16,7 +16,7 @@ from torch import nn
 
 from grasp_bench.errors import AssetError
 from grasp_bench.networks.packing import packed, unpacked
-from grasp_bench.networks.registry import build, info
+from grasp_bench.networks.registry import NETWORKS, build, info
 from grasp_bench.networks.store import FACTS, WeightsFile, shipped_file, stored_input
 from grasp_bench.system.integrity import write_whole
 
@@ -61,7 +61,7 @@ def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]
         tensors = {key: stored.get_tensor(key) for key in stored.keys()}  # noqa: SIM118
     path = file.path
     stored_for = metadata.get("network", name)
-    if stored_for != name:
+    if stored_for not in (name, *info(name).once):
         raise AssetError(
             f"{path} holds weights of network {stored_for!r}, not {name!r}; "
             f"give --weights a file trained for {name!r}."
@@ -70,9 +70,11 @@ def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]
     wanted, tensors = network.state_dict(), unpacked(tensors, path)
 
     def misfit(why: str) -> AssetError:
-        return AssetError(
-            f"{path} does not fit network {name!r}: {why}; train again or fetch the file of this version."
+        now = next((network.name for network in NETWORKS.values() if name in network.once), None)
+        remedy = (
+            f"weights of earlier versions are for {now!r} now" if now else "fetch the file of this version"
         )
+        return AssetError(f"{path} does not fit network {name!r}: {why}; train again, or {remedy}.")
 
     if odd := sorted(set(wanted) ^ set(tensors)):
         raise misfit(f"{len(odd)} tensors missing or unknown, first {odd[0]!r}")

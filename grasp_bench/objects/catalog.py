@@ -28,6 +28,8 @@ else:
     from functools import cached_property
 
 FILES = ("visual.glb", "collision.glb", "object.json")
+GRASPABLE = "graspable"
+"""Entry of the manifest, false, of objects that no grasp fits the gripper on."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +162,7 @@ class Catalog:
         folder: one with a ``manifest.json``; that of the shipped 180 objects by default.
 
     Raises:
-        AssetError: when the manifest is missing or not readable.
+        AssetError: when the manifest is missing, not readable, or lists nothing.
     """
 
     def __init__(self, folder: Path | None = None) -> None:
@@ -177,6 +179,8 @@ class Catalog:
             raise AssetError(
                 f"{path} is not a valid manifest ({error}); restore it or run `grasp-bench objects build`."
             ) from error
+        if not self.entries:
+            raise AssetError(f"{path} lists no object: nothing was built or imported there.")
 
     @property
     def names(self) -> list[str]:
@@ -205,6 +209,10 @@ class Catalog:
         if not chosen:
             raise UnknownNameError("object or category", what, self.names)
         return chosen
+
+    def ungraspable(self, names: Iterable[str]) -> list[str]:
+        """Return those of ``names`` that are marked as having no grasp that fits the gripper."""
+        return [n for n in names if self.entries[n].get(GRASPABLE) is False]
 
     def chosen(self, names: Iterable[str]) -> list[str]:
         """Return the named objects in the manifest's order, or all where none is named.

@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from grasp_bench.grasps import Grasp, GraspPose
+from grasp_bench.grasps import Grasp, GraspPose, KnownGrasp
 from grasp_bench.planning.depth import WIDENING_GAIN, grasp_pose, wanted_tip, widening
 from grasp_bench.planning.refusals import Unreachable
 from grasp_bench.planning.seen import SeenScene
@@ -79,7 +79,11 @@ class Planner:
             Unreachable: when the arm cannot carry it out.
         """
         motion, gripper = self.scenario.motion, self.robot.gripper
-        pose, top = grasp_pose(scene, grasp, motion, gripper, self.scenario.execution)
+        if isinstance(grasp, KnownGrasp):
+            pose, top, wider = grasp.pose, grasp.top, 0.0
+        else:
+            pose, top = grasp_pose(scene, grasp, motion, gripper, self.scenario.execution)
+            wider = widening(scene, grasp, pose, top, gripper)
         timed = partial(through, limits=self.robot.arm.velocity_limits)
         period = self.scenario.physics.timestep * self.scenario.physics.control_steps
         above = max(pose.position[2] + motion.approach_height, scene.highest(self.scenario.table) + 0.03)
@@ -109,7 +113,7 @@ class Planner:
                 candidate,
                 top,
                 pose.position[2] - wanted_tip(top, motion),
-                widening(scene, grasp, pose, top, gripper),
+                wider,
                 reach,
                 down,
                 timed([q, *lift], period, fraction, motion.lift_height, motion.lift_speed),

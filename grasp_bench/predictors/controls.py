@@ -1,4 +1,4 @@
-"""Controls that keep a benchmark honest: an upper bound, three heuristics, and two that must fail.
+"""Controls that keep a benchmark honest: an upper bound, heuristics, chance, and one that must fail.
 
 A table in which the oracle does not pass, or in which the displaced grasp does, says nothing
 about the predictors between them.
@@ -15,10 +15,12 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, label
 
 from grasp_bench.camera import RgbdImage
-from grasp_bench.grasps import Grasp, wrap_angle
+from grasp_bench.grasps import Grasp, GraspPose, KnownGrasp, wrap_angle
+from grasp_bench.objects.catalog import ReferenceGrasp
 from grasp_bench.predictors.level import seen_level
 from grasp_bench.predictors.protocol import GroundTruth, PrivilegedPredictor
 from grasp_bench.robot.parallel_85 import PARALLEL_85
+from grasp_bench.scenario.sections import Motion
 from grasp_bench.system.arrays import Floats
 
 FOREGROUND = 0.006
@@ -26,30 +28,43 @@ FOREGROUND = 0.006
 
 
 class Oracle(PrivilegedPredictor):
-    """Upper bound: the object's reference grasps, placed with its true pose.
+    """Upper bound: the object's reference grasps where they truly are, tried out before one is chosen.
 
     Reference grasps are antipodal places on the true mesh that held in physics when the
     object was built; see :mod:`grasp_bench.workshop.poses`.
     """
 
+    foresight = True
+
     def predict_from_truth(self, image: RgbdImage, truth: GroundTruth) -> list[Grasp]:
         """Return the reference grasps of the resting pose the object is in, best first."""
-        ups = [p.rotation[2] @ truth.rotation[2] for p in truth.model.graspable_poses]
-        pose = truth.model.graspable_poses[int(np.argmax(ups))]
-        return [
-            project_grasp(
-                truth,
-                truth.rotation @ g.tip + truth.position,
-                truth.rotation @ g.axis,
-                g.top,
-                g.width,
-                g.score,
-            )
-            for g in pose.grasps
-        ]
+        return [known(truth, seen, tip, axis, g) for seen, tip, axis, g in placed(truth)]
 
 
-class Displaced(Oracle):
+def placed(truth: GroundTruth) -> list[tuple[Grasp, Floats, Floats, ReferenceGrasp]]:
+    """Return the reference grasps of the pose an object is in, as a camera sees them, with their tip and axis
+    (3,) in the world."""
+    ups = [p.rotation[2] @ truth.rotation[2] for p in truth.model.graspable_poses]
+    pose = truth.model.graspable_poses[int(np.argmax(ups))]
+    found = []
+    for g in pose.grasps:
+        tip, axis = truth.rotation @ g.tip + truth.position, truth.rotation @ g.axis
+        found.append((project_grasp(truth, tip, axis, g.top, g.width, g.score), tip, axis, g))
+    return found
+
+
+def known(
+    truth: GroundTruth, seen: Grasp, tip: Floats, axis: Floats, reference: ReferenceGrasp
+) -> KnownGrasp:
+    """Return a reference grasp that says where it is; the tips stay clear of the table."""
+    place = [tip[0], tip[1], max(float(tip[2]), Motion().table_clearance)]
+    pose = GraspPose.top_down(place, math.atan2(axis[1], axis[0]), min(reference.width, _widest()))
+    return KnownGrasp(
+        seen.x, seen.y, seen.angle, seen.width, min(max(seen.quality, 0.0), 1.0), pose=pose, top=reference.top
+    )
+
+
+class Displaced(PrivilegedPredictor):
     """Must fail: the oracle's grasp moved 0.2 m across the table."""
 
     DISTANCE = 0.2
@@ -64,7 +79,7 @@ class Displaced(Oracle):
         moved = replace(truth, position=truth.position + shift)
         inside = [
             g
-            for g in super().predict_from_truth(image, moved)
+            for g, *_ in placed(moved)
             if 0 <= g.x <= image.intrinsics.width and 0 <= g.y <= image.intrinsics.height
         ]
         return inside[:1]
@@ -148,7 +163,9 @@ class Centroid:
 
 
 class Random:
-    """Must score low: a random place on the object, a random direction, jaws wide open."""
+    """Chance: a random place on the object, a random direction, jaws wide open."""
+
+    COUNT = 1
 
     def begin(self, rng: np.random.Generator) -> None:
         """Take the trial's random stream."""
@@ -156,15 +173,27 @@ class Random:
 
     @seen_level
     def predict(self, image: RgbdImage) -> list[Grasp]:
-        """Return one grasp, or none where nothing stands out of the table."""
+        """Return :attr:`COUNT` grasps, or none where nothing stands out of the table."""
         mask, _ = foreground(image)
         rows, columns = np.nonzero(mask)
         if len(rows) == 0:
             return []
+        return [self._any(image, rows, columns) for _ in range(self.COUNT)]
+
+    def _any(self, image: RgbdImage, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Grasp:
         i = int(self._rng.integers(len(rows)))
         angle = wrap_angle(self._rng.uniform(-math.pi / 2, math.pi / 2))
         near = max(float(image.depth[rows[i], columns[i]]), 0.1)
-        return [Grasp(columns[i] + 0.5, rows[i] + 0.5, angle, _widest() * image.intrinsics.fx / near, 0.5)]
+        return Grasp(columns[i] + 0.5, rows[i] + 0.5, angle, _widest() * image.intrinsics.fx / near, 0.5)
+
+
+class Random10(Random):
+    """What the planner alone can do: ten random grasps, of which it carries out the first that gets deep.
+
+    The first is that of :class:`Random` in the same trial.
+    """
+
+    COUNT = 10
 
 
 class Antipodal:

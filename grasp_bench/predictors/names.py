@@ -8,18 +8,24 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any, ClassVar
 
-from grasp_bench.errors import PredictorError, UnknownNameError
+from grasp_bench.errors import AssetError, PredictorError, UnknownNameError
+from grasp_bench.networks.registry import NETWORKS
+from grasp_bench.networks.store import WeightsFile
 from grasp_bench.predictors.command import CommandPredictor
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.predictors.remote import RemotePredictor
 from grasp_bench.predictors.shipped import SHIPPED, Shipped
-from grasp_bench.predictors.sources import distribution, make, sources
+from grasp_bench.predictors.sources import distribution, make, module_of, sources
 from grasp_bench.system.integrity import sha256
 
 GROUP = "grasp_bench.predictors"
 """Group of entry points in which packages offer predictors."""
 EXAMPLES = ("my_module:MyPredictor", "http://127.0.0.1:PORT", "cmd: COMMAND --port {port}")
 """How the other ways in are spelt, for messages."""
+WEIGHTS = ".safetensors"
+"""End of the names of files of weights."""
+AT = "@"
+"""Between a network and the file of its weights."""
 _COMMAND = "cmd:"
 _ADDRESSES = ("http://", "https://")
 
@@ -30,17 +36,18 @@ class PythonPath:
 
     name: str
     kind: ClassVar[str] = "own"
+    apart: ClassVar[bool] = False
     weights: ClassVar[None] = None
 
     @property
     def path(self) -> str:
-        """``module:Class``."""
+        """``module:Class``, with its arguments if there are any."""
         return self.name
 
     @property
     def package(self) -> str | None:
         """Name and version of the package that it was installed with; None for a file outside any package."""
-        return distribution(self.path.partition(":")[0])
+        return distribution(module_of(self.path))
 
     def load(self) -> Predictor:
         """Make the predictor.
@@ -52,7 +59,7 @@ class PythonPath:
 
     def facts(self, predictor: object) -> dict[str, Any]:
         """Return what identifies it: its source files, and the package they came with, if any."""
-        module = self.path.partition(":")[0]
+        module = module_of(self.path)
         found: dict[str, Any] = {"files": sources(module) | sources(type(predictor).__module__)}
         return found | ({"distribution": self.package} if self.package else {})
 
@@ -81,6 +88,7 @@ class Server:
 
     name: str
     kind: ClassVar[str] = "server"
+    apart: ClassVar[bool] = True
     weights: ClassVar[None] = None
 
     def load(self) -> Predictor:
@@ -98,6 +106,7 @@ class Command:
 
     name: str
     kind: ClassVar[str] = "command"
+    apart: ClassVar[bool] = True
     weights: ClassVar[None] = None
 
     @property
@@ -117,7 +126,48 @@ class Command:
         return {"files": {word: sha256(Path(word)) for word in words if Path(word).is_file()}}
 
 
-Named = Shipped | Installed | PythonPath | Server | Command
+@dataclass(frozen=True)
+class Trained:
+    """``NETWORK@FILE``: a network with weights that are not shipped; ``FILE.safetensors`` alone says
+    itself of which network it is.
+    """
+
+    name: str
+    kind: ClassVar[str] = "network"
+    apart: ClassVar[None] = None
+
+    @property
+    def network(self) -> str:
+        """The registered network; AssetError where the file does not say of which it is."""
+        named = self.name.partition(AT)[0]
+        if named in NETWORKS:
+            return named
+        stored = self.weights.metadata().get("network")
+        if stored not in NETWORKS:
+            raise AssetError(
+                f"{self.name} does not say of which network it is; name it as NETWORK{AT}{self.name}."
+            )
+        return stored
+
+    @property
+    def weights(self) -> WeightsFile:
+        """The file of its weights."""
+        named, _, path = self.name.partition(AT)
+        return WeightsFile(Path(path if named in NETWORKS else self.name))
+
+    def load(self) -> Predictor:
+        """Make the predictor; AssetError for weights that are missing, damaged or of another network."""
+        from grasp_bench.predictors.network import NetworkPredictor
+
+        return NetworkPredictor(self.network, self.weights.path)
+
+    def facts(self, predictor: object) -> dict[str, Any]:
+        """Return what identifies it: its weights."""
+        self.weights.require()
+        return {"files": {self.weights.name: self.weights.digest}}
+
+
+Named = Shipped | Trained | Installed | PythonPath | Server | Command
 
 
 def installed() -> dict[str, list[Installed]]:
@@ -141,6 +191,8 @@ def parse(name: str) -> Named:
         return Server(name)
     if name.startswith(_COMMAND):
         return Command(name)
+    if (AT in name and name.partition(AT)[0] in NETWORKS) or (name.endswith(WEIGHTS) and ":" not in name):
+        return Trained(name)
     if ":" in name:
         return PythonPath(name)
     offers = installed()
@@ -155,12 +207,21 @@ def parse(name: str) -> Named:
     return offers[name][0]
 
 
+def with_weights(name: str, weights: Path) -> str:
+    """Return the name of a network with the weights in a file; PredictorError where it names no network."""
+    if name not in NETWORKS:
+        raise PredictorError(f"--weights is for networks; {name} is none.")
+    return f"{name}{AT}{weights}"
+
+
 def load_predictor(name: str) -> Predictor:
     """Load a shipped predictor by name, or anyone's by one of the other ways in.
 
-    ``module:Class`` is looked for on Python's path and in the current folder. A class or a function is
-    called without arguments; what results must have ``predict(image) -> list[Grasp]``. Close a predictor
-    that has a method ``close`` after use, or use :func:`grasp_bench.predictors.use.in_use`.
+    ``module:Class`` is looked for on Python's path and in the current folder, ``./file.py:Class`` in a file.
+    A class or a function is called, with the literals that ``module:Class(size=224)`` gives; what results
+    must have ``predict(image) -> list[Grasp]``. ``FILE.safetensors`` is a network with weights of one's own.
+    Close a predictor that has a method ``close`` after use, or use
+    :func:`grasp_bench.predictors.use.in_use`.
 
     Raises:
         UnknownNameError: for an unknown name.

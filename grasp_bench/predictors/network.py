@@ -1,4 +1,4 @@
-"""A trained network as a predictor: centre crop, forward pass, peaks of the quality map."""
+"""A trained network as a predictor: centre crop, forward pass, peaks of the quality map or best rows."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from grasp_bench.camera import RgbdImage
+from grasp_bench.errors import GraspBenchError
 from grasp_bench.grasps import Grasp, GraspMaps
-from grasp_bench.networks.encoding import maps_from_output, to_input
+from grasp_bench.networks.encoding import grasps_from_output, maps_from_output, to_input
 from grasp_bench.networks.registry import info, input_kind
 from grasp_bench.networks.spec import Kind
 from grasp_bench.networks.store import stored_input
@@ -40,7 +41,8 @@ class NetworkPredictor:
 
     Attributes:
         crop_origin: (x, y) of the crop's corner in the last image [px], negative if padded.
-        last_maps: maps of the last image at ``crop_origin``, not smoothed; None after a tilted camera's.
+        last_maps: maps of the last image at ``crop_origin``, not smoothed; None after a tilted camera's, and
+            of a detector.
         metadata: facts stored with the weights.
         kind, crop: kind and side [px] of the network's input.
     """
@@ -77,21 +79,40 @@ class NetworkPredictor:
         return grasps
 
     def _predict(self, image: RgbdImage) -> list[Grasp]:
-        self.last_maps = raw = self.maps(image)
-        maps = raw.smoothed()
+        output = self._output(image)
         ox, oy = self.crop_origin
         height, width = image.depth.shape
+        if output.ndim == 2:  # a detector's rows
+            found = grasps_from_output(output, self.peaks)
+            whole = [replace(g, x=g.x + ox, y=g.y + oy) for g in found]
+            return [g for g in whole if 0 <= g.x < width and 0 <= g.y < height]
+        self.last_maps = raw = maps_from_output(output)
+        maps = raw.smoothed()
         inside = np.zeros_like(maps.quality)
         inside[max(-oy, 0) : height - oy, max(-ox, 0) : width - ox] = 1
         peaks = replace(maps, quality=maps.quality * inside).peaks(count=self.peaks)
         return [replace(g, x=g.x + ox, y=g.y + oy) for g in peaks]
 
     def maps(self, image: RgbdImage) -> GraspMaps:
-        """Return the network's maps of the crop at ``crop_origin``, not smoothed."""
+        """Return the network's maps of the crop at ``crop_origin``, not smoothed.
+
+        Raises:
+            GraspBenchError: the network is a detector, which has none.
+        """
+        output = self._output(image)
+        if output.ndim == 2:
+            raise GraspBenchError(
+                f"{self.name} gives grasps and no maps, so that it cannot be asked for its maps; "
+                "evaluate it by --protocol strict."
+            )
+        return maps_from_output(output)
+
+    def _output(self, image: RgbdImage) -> torch.Tensor:
+        """Return maps (4, H, W), or a detector's rows (N, 6)."""
         rgb, depth, self.crop_origin = centre_crop(image, self.crop)
         if self.level == "table":
             depth = levelled(depth, self.crop)
-        return maps_from_output(self._forward(to_input(rgb, depth, self.kind)))
+        return self._forward(to_input(rgb, depth, self.kind))
 
     def _forward(self, x: np.ndarray) -> torch.Tensor:
         import torch

@@ -6,13 +6,13 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
 from grasp_bench.camera import CameraPose, Intrinsics, RgbdImage
 from grasp_bench.errors import PredictorError
-from grasp_bench.grasps import Grasp, wrap_angle
+from grasp_bench.grasps import Grasp, KnownGrasp, wrap_angle
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.predictors.guard import Guard
 from grasp_bench.system.arrays import Floats
@@ -65,7 +65,14 @@ class GroundTruth:
 
 
 class PrivilegedPredictor(ABC):
-    """Base of controls that see the truth; not a way in for predictors under test."""
+    """Base of controls that see the truth; not a way in for predictors under test.
+
+    Attributes:
+        foresight: whether its grasps are tried out before one is chosen; see
+            :mod:`grasp_bench.trials.foresight`.
+    """
+
+    foresight: ClassVar[bool] = False
 
     @abstractmethod
     def predict_from_truth(self, image: RgbdImage, truth: GroundTruth) -> list[Grasp]:
@@ -106,7 +113,7 @@ def ask(
     with Guard():
         begin(predictor, rng)
         if truths and isinstance(predictor, PrivilegedPredictor):
-            grasps = _in_turn(predictor, image, truths)
+            return _in_turn(predictor, image, truths)
         else:
             grasps = predictor.predict(_copied(image))
         return checked(grasps, image.intrinsics)
@@ -124,7 +131,10 @@ def _in_turn(control: PrivilegedPredictor, image: RgbdImage, truths: Sequence[Gr
         told = control.predict_from_truth(_copied(image), truth)
         inside = [g for g in told if 0 <= g.x <= size.width and 0 <= g.y <= size.height]
         found += [(turn, -float(truth.position[2]), g) for turn, g in enumerate(inside)]
-    return [g for *_, g in sorted(found, key=lambda f: f[:2])]
+    ranked = [g for *_, g in sorted(found, key=lambda f: f[:2])]
+    sound = checked(ranked, size)
+    known = zip(ranked, sound, strict=True)
+    return [g if isinstance(g, KnownGrasp) else told for g, told in known]  # who knows may say so
 
 
 def checked(grasps: Any, intrinsics: Intrinsics) -> list[Grasp]:

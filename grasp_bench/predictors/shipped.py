@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from importlib.metadata import version
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from grasp_bench.errors import AssetError
 from grasp_bench.networks.registry import all_weights
@@ -32,6 +32,7 @@ class Shipped:
     kind: Literal["network", "control"]
     summary: str
     path: str
+    apart: ClassVar[None] = None  # it is this package's own code
     network: Network | None = None
     trained: Weights | None = None
 
@@ -39,6 +40,11 @@ class Shipped:
     def weights(self) -> WeightsFile | None:
         """The file of the weights it needs, if any."""
         return None if self.trained is None else shipped_file(self.trained.name)
+
+    @property
+    def group(self) -> str:
+        """Heading under which it is listed."""
+        return "controls" if self.network is None else self.network.group
 
     @property
     def available(self) -> bool:
@@ -87,7 +93,8 @@ class Shipped:
 
 
 def _control(name: str, summary: str) -> Shipped:
-    return Shipped(name, "control", summary, f"grasp_bench.predictors.controls:{name.capitalize()}")
+    maker = name.capitalize().replace("-", "")
+    return Shipped(name, "control", summary, f"grasp_bench.predictors.controls:{maker}")
 
 
 SHIPPED: dict[str, Shipped] = {
@@ -97,10 +104,11 @@ SHIPPED: dict[str, Shipped] = {
             Shipped(weights.name, "network", weights.summary, NETWORK_PREDICTOR, network, weights)
             for network, weights in all_weights().values()
         ),
-        _control("oracle", "reference grasps of the true mesh and pose: upper bound"),
+        _control("oracle", "upper bound: reference grasps of the true mesh, tried out beforehand"),
         _control("antipodal", "opposite depth edges, after Dex-Net's sampling"),
         _control("centroid", "middle and shorter axis of the depth blob"),
         _control("random", "a random place and direction on the object"),
+        _control("random-10", "ten of these: what the planner alone can do"),
         _control("displaced", "the oracle's grasp 0.2 m beside: must fail"),
     )
 }

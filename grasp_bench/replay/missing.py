@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+from collections.abc import Callable
 from pathlib import Path
 
 import typer
@@ -10,16 +10,25 @@ import typer
 from grasp_bench.media.modes import check_mode
 from grasp_bench.runs.folder import load_run
 from grasp_bench.system.graphics import prepare
+from grasp_bench.system.machine import usable_cores
 from grasp_bench.system.progress import Progress
 
 
-def render_missing(folders: list[Path], mode: str, objects: Path | None) -> None:
+def untrusted(name: str, folder: Path) -> bool:
+    """Trust no predictor that is not shipped."""
+    return False
+
+
+def render_missing(
+    folders: list[Path], mode: str, objects: Path | None, trusted: Callable[[str, Path], bool] = untrusted
+) -> None:
     """Make the pictures and clips of trials that have none, and say what could not be made.
 
     Args:
         folders: folders of the runs.
         mode: ``none``, ``failures`` or ``all``.
         objects: folder of the objects' catalogue; the shipped ones by default.
+        trusted: says of a predictor's name and the folder that names it whether it may be started.
 
     Raises:
         GraspBenchError: for an unknown mode, or a run that cannot be done again here.
@@ -34,9 +43,10 @@ def render_missing(folders: list[Path], mode: str, objects: Path | None) -> None
         count = len(missing(folder, mode))
         if count == 0:
             continue
+        trust = trusted(load_run(folder).predictor, folder)
         typer.echo(f"{folder}: {count} trials again for their pictures", err=True)
         with Progress(count) as bar:
-            done = rerender(folder, mode, objects, os.cpu_count() or 1, bar.update)
+            done = rerender(folder, mode, objects, usable_cores(), bar.update, trust)
         if done.differing:
             typer.echo(
                 f"{folder}: {len(done.differing)} trials did not end as recorded and got no pictures "

@@ -14,6 +14,7 @@ from grasp_bench.media.recording import Recording
 from grasp_bench.media.takes import Take
 from grasp_bench.objects.catalog import Catalog
 from grasp_bench.predictors.identity import identify
+from grasp_bench.predictors.trust import require
 from grasp_bench.predictors.use import in_use
 from grasp_bench.replay.verdict import Verdict, verdict
 from grasp_bench.runs.folder import TRIALS, load_run
@@ -81,7 +82,12 @@ class _Camera(Recording):
 
 
 def rebuild(
-    folder: Path, trial: int, objects: Path | None = None, every: int = 5, attempt: int | None = None
+    folder: Path,
+    trial: int,
+    objects: Path | None = None,
+    every: int = 5,
+    attempt: int | None = None,
+    trust: bool = False,
 ) -> Replay:
     """Do a trial of the run in ``folder`` again.
 
@@ -91,8 +97,10 @@ def rebuild(
         objects: folder of the objects' catalogue; the shipped ones by default.
         every: samples of the motion (4 ms in the shipped scenarios) from one kept state to the next.
         attempt: the only attempt of an episode to show; all are done again nevertheless.
+        trust: start a predictor that is not shipped, too, though only the record names it.
 
     Raises:
+        UntrustedError: for a predictor that is not shipped, unless it is trusted.
         ResultsError: for a folder without a run, a trial or an attempt it does not hold, or a record that is
             not of the trial which ``run.json`` plans under that number.
         GraspBenchError: for an object or a predictor that is not available here.
@@ -104,7 +112,7 @@ def rebuild(
     stored = stored_record(folder, trial)
     if attempt is not None:
         check_attempt(stored, attempt)
-    settings, catalog = settings_of(run, folder, objects)
+    settings, catalog = settings_of(run, folder, objects, trust)
     job = job_of(run, stored, folder)
     takes: list[Take] = []
 
@@ -171,8 +179,14 @@ def check_attempt(stored: TrialRecord, attempt: int) -> None:
         raise ResultsError(f"Trial {stored.trial} has no attempt {attempt}; {there}.")
 
 
-def settings_of(run: RunInfo, folder: Path, objects: Path | None) -> tuple[Settings, Catalog]:
-    """Return the settings of the run's trials, and its objects."""
+def settings_of(run: RunInfo, folder: Path, objects: Path | None, trust: bool) -> tuple[Settings, Catalog]:
+    """Return the settings of the run's trials, and its objects.
+
+    Raises:
+        UntrustedError: for a predictor that is not shipped, unless ``trust``.
+        GraspBenchError: for objects, a predictor or a scenario that are not available here.
+    """
+    require(run.predictor, folder, trust)
     catalog = Catalog(objects)
     scenario = run.parsed(str(folder / RUN))
     settings = Settings(scenario, catalog.folder.resolve(), run.predictor, run.seed, run.renderer)

@@ -7,6 +7,7 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from grasp_bench.errors import UnknownNameError
 from grasp_bench.execution.executors import make_executor
 from grasp_bench.execution.runner import carry_out
 from grasp_bench.media.store import Media, faults, find, remove, wanted
@@ -63,6 +64,7 @@ def rerender(
     objects: Path | None = None,
     workers: int = 0,
     progress: Callable[[TrialRecord], None] = lambda record: None,
+    trust: bool = False,
 ) -> Rerendered:
     """Do trials of a run again to have their pictures and clips; its records are not touched.
 
@@ -72,6 +74,7 @@ def rerender(
         objects: folder of the objects' catalogue; the shipped ones by default.
         workers: number of processes; 0 takes one for each core.
         progress: called with the new record of each trial.
+        trust: start a predictor that is not shipped, too, though only the record names it.
 
     Raises:
         GraspBenchError: for a run that cannot be done again here.
@@ -79,9 +82,12 @@ def rerender(
     run, lacking = load_run(folder), missing(folder, mode)
     if not lacking:
         return Rerendered(0, (), {})
-    settings, catalog = settings_of(run, folder, objects)
+    settings, catalog = settings_of(run, folder, objects, trust)
     settings = replace(settings, media=mode, folder=folder)
     jobs: list[Job] = [job_of(run, record, folder) for record in lacking.values()]
+    for job in jobs:
+        if job.object not in catalog.entries:
+            raise UnknownNameError("object", job.object, catalog.names)
     differing = []
     executor = make_executor("process", min(workers, len(jobs)))
     with closing(carry_out(settings, jobs, catalog, executor)) as ended:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw
+from PIL import Image, ImageDraw, ImageFont
 
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.media.film import Filmer
@@ -23,8 +23,10 @@ from grasp_bench.scenario.sections import Scenario
 Rgb = NDArray[np.uint8]
 RATES = {".mp4": 25.0, ".webm": 25.0, ".mkv": 25.0, ".mov": 25.0, ".gif": 12.5, ".webp": 12.5}
 """Frames a second by kind of file; films run in real time."""
-INSET = 0.27
+INSET = 0.36
 """Edge of an inset as a share of the film's height."""
+LETTERS = 16
+"""Height of captions [px]."""
 LAST = 1.0
 """Seconds for which the last picture of a try stays."""
 
@@ -84,7 +86,7 @@ def _frames(replay: Replay, rate: float, size: tuple[int, int], opengl: bool) ->
 def _try(take: Take, scenario: Scenario, rate: float, size: tuple[int, int], opengl: bool) -> Iterator[Rgb]:
     done, record = take.done, take.done.record
     assert done.world is not None
-    shown = take.pictures()
+    shown = take.pictures(close=True)
     insets = {name: shown[name] for name in ("seen", "proposed")}
     caption = f"{record.object}, {take.name}"
     *before, end = take.moments
@@ -110,13 +112,14 @@ def _compose(frame: Rgb, insets: dict[str, Rgb], caption: str) -> Rgb:
         draw.rectangle((left - 2, top - 2, left + edge + 1, top + edge + 1), fill="white")
         picture.paste(Image.fromarray(inset).resize((edge, edge)), (left, top))
         _label(draw, (left + 3, top + 3), name)
-    _label(draw, (8, picture.height - 20), caption)
+    _label(draw, (8, picture.height - 28), caption)
     return np.asarray(picture)
 
 
 def _label(draw: ImageDraw.ImageDraw, at: tuple[int, int], text: str) -> None:
-    draw.rectangle(tuple(np.add(draw.textbbox(at, text), (-2, -2, 2, 2))), fill="black")
-    draw.text(at, text, fill="white")
+    font = ImageFont.load_default(LETTERS)
+    draw.rectangle(tuple(np.add(draw.textbbox(at, text, font=font), (-3, -3, 3, 3))), fill="black")
+    draw.text(at, text, fill="white", font=font)
 
 
 def _write_pillow(frames: Iterator[Rgb], path: Path, rate: float) -> int:

@@ -49,7 +49,7 @@ def _ours(result: Evaluation, mark: str) -> list[str]:
         how = ", weights that saw real images" if weights.saw_real_images else ", zero-shot"
     return [
         result.predictor + how,
-        {"rgbd": "RGB-D", "rgb": "RGB", "depth": "D"}.get(kind, ""),
+        {"rgbd": "RGB-D", "rgb": "RGB", "depth": "D", "rgd": "RGD"}.get(kind, ""),
         result.split if trained else "",
         *rate_cells(Rate(result.correct, result.images)),
         f"{result.latency_ms.cpu_median:.0f}",

@@ -5,7 +5,9 @@ Verdicts, and what they mean:
 - ``no regression``: a drop of the margin or more is excluded at level α (non-inferiority, by the
   lower limit of Tango's score interval for paired rates);
 - ``regression``: that is not so, and a drop is proven at level α (McNemar's exact test, one-sided);
-- ``inconclusive``: neither; the trials are too few to prove a drop or to exclude one;
+- ``underpowered``: neither, and so many trials would rarely have excluded a drop had nothing changed: it is
+  the number of trials that is to be mended;
+- ``inconclusive``: neither, though the trials would have done: something may have changed;
 - ``identical`` and ``different``: with ``exact``, where every record must be the same.
 """
 
@@ -19,7 +21,7 @@ from typing import Any
 
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.runs.differences import listed
-from grasp_bench.runs.info import Group, RunInfo
+from grasp_bench.runs.info import Group
 from grasp_bench.runs.record import TrialRecord
 from grasp_bench.runs.results import RunResults
 from grasp_bench.runs.statistics import (
@@ -41,6 +43,7 @@ class Verdict(StrEnum):
 
     NO_REGRESSION = "no regression"
     REGRESSION = "regression"
+    UNDERPOWERED = "underpowered"
     INCONCLUSIVE = "inconclusive"
     IDENTICAL = "identical"
     DIFFERENT = "different"
@@ -77,7 +80,9 @@ class Checked:
         power: chance to prove a drop as large as the margin, with as many trials won as here.
         visible: drop that is proven in 80 of 100 cases; None where none is.
         visible_unrelated: the same, had the two runs nothing to do with each other.
-        needed: trials that would exclude a drop of the margin in 80 of 100 cases.
+        needed: trials that would exclude a drop of the margin in 80 of 100 cases, were the shares of trials
+            lost and gained the true ones; None where none would.
+        enough: trials that would do so had nothing changed, as many trials differing in each direction.
         notes: what is worth knowing, in words.
     """
 
@@ -98,6 +103,7 @@ class Checked:
     visible: float | None
     visible_unrelated: float | None
     needed: int | None
+    enough: int | None
     notes: tuple[str, ...]
 
     @property
@@ -136,7 +142,7 @@ def check(
     if not 0 < alpha < 0.5:
         raise GraspBenchError(f"--alpha must be between 0 and 0.5, e.g. 0.05, not {alpha:g}.")
     old, now = RunResults(baseline), RunResults(new)
-    _check_same_trials(old, now)
+    check_same_trials(old, now)
     both = list(zip(old.records, now.records, strict=True))
     lost = sum(b.success and not a.success for b, a in both)
     gained = sum(a.success and not b.success for b, a in both)
@@ -156,6 +162,10 @@ def check(
         verdict = Verdict.NO_REGRESSION
     else:
         verdict = Verdict.REGRESSION if p_worse <= alpha else Verdict.INCONCLUSIVE
+    unchanged = (lost + gained) / n / 2
+    enough = trials_to_exclude(margin, unchanged, unchanged, alpha)
+    if verdict is Verdict.INCONCLUSIVE and enough is not None and n < enough:
+        verdict = Verdict.UNDERPOWERED
     rate, share = successes[0] / n, gained / n
     drop = min(margin, rate)
     return Checked(
@@ -176,13 +186,12 @@ def check(
         visible=visible_drop(n, rate, share, alpha),
         visible_unrelated=visible_drop(n, rate, None, alpha),
         needed=trials_to_exclude(margin, lost / n, share, alpha),
-        notes=tuple(
-            _notes(old.info, now.info, p_worse <= alpha and verdict is Verdict.NO_REGRESSION, faults)
-        ),
+        enough=enough,
+        notes=tuple(notes_on(old, now, p_worse <= alpha and verdict is Verdict.NO_REGRESSION)),
     )
 
 
-def _check_same_trials(baseline: RunResults, new: RunResults) -> None:
+def check_same_trials(baseline: RunResults, new: RunResults) -> None:
     """Raise NotComparableError unless two runs are whole and of the same trials."""
     other = f"{new.folder} and {baseline.folder} are not of the same trials"
     if found := baseline.info.comparable().differences(new.info.comparable(), Group.TRIALS, places=PLACES):
@@ -213,9 +222,10 @@ def _why(before: TrialRecord, after: TrialRecord, exact: bool) -> str:
     return f"{', '.join(keys)} differ{'s' if len(keys) == 1 else ''}"
 
 
-def _notes(old: RunInfo, new: RunInfo, small: bool, faults: tuple[int, int]) -> list[str]:
-    notes = []
-    if found := old.differences(new, Group.MAKING, Group.ORIGIN, places=PLACES):
+def notes_on(old: RunResults, new: RunResults, small: bool) -> list[str]:
+    """Return what is worth knowing of two runs; ``small``: a drop is proven that is no matter."""
+    notes, faults = [], (old.faults, new.faults)
+    if found := old.info.differences(new.info, Group.MAKING, Group.ORIGIN, places=PLACES):
         notes.append(f"Not the same in both: {listed(found).rsplit(' differ', 1)[0]}.")
     if faults[1] > faults[0]:
         notes.append(

@@ -5,16 +5,22 @@ from __future__ import annotations
 import re
 from xml.etree import ElementTree as Xml
 
+from grasp_bench.report.firmness_gate import CheckedFirmness
 from grasp_bench.report.gate import Checked, Verdict
 from grasp_bench.report.tables import TextTable, escaped, markdown
 from grasp_bench.runs.statistics import Rate
 
+Either = Checked | CheckedFirmness
 SHOWN = 12
 """Changed trials that are listed."""
 
+UNDECIDED = (Verdict.INCONCLUSIVE, Verdict.UNDERPOWERED)
 
-def meaning(checked: Checked) -> str:
+
+def meaning(checked: Either) -> str:
     """Say in a sentence what the verdict means."""
+    if isinstance(checked, CheckedFirmness):
+        return checked.meaning
     margin, low = checked.margin, checked.interval[0]
     if checked.verdict is Verdict.NO_REGRESSION:
         return f"A drop of {margin:.1%} or more is excluded (p = {checked.p_margin:.2g} ≤ {checked.alpha:g})."
@@ -27,15 +33,18 @@ def meaning(checked: Checked) -> str:
         return f"All {checked.pairs.trials} records are the same."
     if checked.verdict is Verdict.DIFFERENT:
         return f"{len(checked.changed)} of {checked.pairs.trials} records differ."
-    more = f" About {checked.needed} trials would." if checked.needed else ""
+    would = checked.enough if checked.verdict is Verdict.UNDERPOWERED else checked.needed
+    more = f" About {would} trials would." if would else ""
     return (
         f"No drop is proven (p = {checked.p_worse:.2g}), but one of up to {-low:.1%} is not excluded; "
         f"these trials cannot tell a drop of {margin:.1%} from none.{more}"
     )
 
 
-def rows(checked: Checked) -> list[tuple[str, str]]:
+def rows(checked: Either) -> list[tuple[str, str]]:
     """Return the figures: what, and how much."""
+    if isinstance(checked, CheckedFirmness):
+        return checked.figures
     n, (low, high) = checked.pairs.trials, checked.interval
     before, after = checked.successes
     return [
@@ -68,7 +77,7 @@ def power(checked: Checked) -> str:
     return f"{seen}; one of {checked.margin:.1%} in {100 * checked.power:.0f}"
 
 
-def as_text(checked: Checked) -> str:
+def as_text(checked: Either) -> str:
     """Return text for the terminal."""
     lines = [f"{checked.verdict.upper()}: {meaning(checked)}", ""]
     lines += [f"  {name:<18} {value}" for name, value in rows(checked)]
@@ -84,9 +93,9 @@ def as_text(checked: Checked) -> str:
     return "\n".join(lines) + "\n"
 
 
-def as_markdown(checked: Checked) -> str:
+def as_markdown(checked: Either) -> str:
     """Return Markdown for a pull request's summary page."""
-    mark = {True: "❌", False: "⚠️" if checked.verdict is Verdict.INCONCLUSIVE else "✅"}[checked.failed]
+    mark = {True: "❌", False: "⚠️" if checked.verdict in UNDECIDED else "✅"}[checked.failed]
     title, more = f"{mark} grasp-bench: {checked.verdict}", len(checked.changed) - SHOWN
     tables = [TextTable(title, ("", ""), rows(checked), lead=meaning(checked), level=3)]
     if checked.changed:
@@ -103,15 +112,15 @@ def as_markdown(checked: Checked) -> str:
     return markdown(tables) + ("\n" + "".join(notes) if notes else "")
 
 
-def as_junit(checked: Checked) -> bytes:
-    """Return JUnit XML: one suite with the verdict, and a skipped test where it is inconclusive."""
+def as_junit(checked: Either) -> bytes:
+    """Return JUnit XML: one suite with the verdict, and a skipped test where nothing is decided."""
     suite = Xml.Element(
         "testsuite",
         name="grasp-bench check",
         tests="1",
         failures=str(int(checked.failed)),
         errors="0",
-        skipped=str(int(checked.verdict is Verdict.INCONCLUSIVE)),
+        skipped=str(int(checked.verdict in UNDECIDED)),
     )
     properties = Xml.SubElement(suite, "properties")
     for name, value in rows(checked):
@@ -126,7 +135,7 @@ def as_junit(checked: Checked) -> bytes:
         Xml.SubElement(
             case, "failure", message=_xml(meaning(checked)), type=str(checked.verdict)
         ).text = _xml(as_text(checked))
-    elif checked.verdict is Verdict.INCONCLUSIVE:
+    elif checked.verdict in UNDECIDED:
         Xml.SubElement(case, "skipped", message=_xml(meaning(checked)))
     Xml.SubElement(suite, "system-out").text = _xml(as_text(checked))
     root = Xml.Element("testsuites")

@@ -19,7 +19,7 @@ TITLE = "Whose merit is it?"
 NOTE = (
     "As predicted: only the predictor's best grasp, at its own centre, angle and width. Assisted: the "
     "planner may pass over grasps and opens the jaws as wide as the fingers need. Difference: assisted minus "
-    "as predicted on the trials of both, with Tango's 95 % interval and McNemar's exact p. Other grasp, "
+    "as predicted on the trials of both, with Tango's 95 % interval and McNemar's exact p. Other, "
     "wider: trials of the assisted run in which the planner did so; alone: those lifted without either."
 )
 
@@ -112,7 +112,10 @@ def merits(runs: Sequence[RunResults]) -> list[Merit]:
     found: dict[str, dict[bool, RunResults]] = {}
     for run in runs:
         if len(run) and not (run.info.cluttered or run.info.outdated):
-            found.setdefault(_conditions(run.info), {}).setdefault(assisted(run.info), run)
+            both = found.setdefault(_conditions(run.info), {})
+            before = both.get(assisted(run.info))
+            if before is None or not (Help.of(before.records).known or not Help.of(run.records).known):
+                both[assisted(run.info)] = run
     told = []
     for both in found.values():
         helped, alone = both.get(True), both.get(False)
@@ -144,8 +147,8 @@ def assisted(info: RunInfo) -> bool:
 
 def merit_table(found: Sequence[Merit]) -> TextTable:
     """Return the table of both protocols and the difference."""
-    head = ("Predictor", "As predicted", "Assisted", "Difference", "p", "Other grasp", "Wider", "Alone")
-    return TextTable(TITLE, head, [_cells(m) for m in found], note=NOTE, numbers=range(1, len(head)))
+    head = ("Predictor", "As predicted", "Assisted", "Difference", "p", "Other", "Wider", "Alone")
+    return TextTable(TITLE, head, [_cells(m) for m in found], note=NOTE, numbers=(1, 2, 4, 5, 6, 7))
 
 
 def _cells(merit: Merit) -> list[str]:
@@ -158,7 +161,7 @@ def _cells(merit: Merit) -> list[str]:
     difference = p = ""
     if merit.pairs is not None and merit.interval is not None and merit.p_value is not None:
         low, high = merit.interval
-        difference = f"{merit.pairs.difference:+.1%} ({low:+.1%} – {high:+.1%})"
+        difference = f"{merit.pairs.difference:+.1%} ({100 * low:+.1f} – {100 * high:+.1f})"
         p = f"{merit.p_value:.2g}"
     return [merit.predictor, rate(merit.predicted), rate(merit.assisted), difference, p, *given]
 

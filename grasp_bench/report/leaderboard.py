@@ -9,11 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from grasp_bench.errors import ResultsError, ScenarioError
+from grasp_bench.errors import GraspBenchError, ResultsError, ScenarioError
 from grasp_bench.objects.catalog import Catalog
+from grasp_bench.predictors.names import parse
 from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.report.tables import Markdown, TextTable, escaped, markdown, rate_cells
 from grasp_bench.runs.folder import TRIALS
@@ -23,6 +23,9 @@ from grasp_bench.runs.record import TrialRecord
 from grasp_bench.runs.results import RunResults
 from grasp_bench.runs.statistics import Rate
 from grasp_bench.scenario.reading import load_scenario
+from grasp_bench.system.files import read_text
+from grasp_bench.system.texts import legible_all
+from grasp_bench.system.yaml_text import read_yaml
 
 ABOUT = "about.yaml"
 SCENARIO = "table4"
@@ -90,13 +93,15 @@ def read_about(folder: Path, run: RunInfo) -> About:
         trained = "nothing" if shipped.weights is None else f"see {shipped.weights.card}"
         return About(name=run.predictor, authors="grasp-bench", trained_on=trained)
     try:
-        return About.model_validate(yaml.safe_load(path.read_text(encoding="utf-8")))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ResultsError(f"{path} is not valid YAML: {error}") from error
+        return About.model_validate(legible_all(read_yaml(read_text(path))))
+    except OSError as error:
+        raise ResultsError(f"{path} cannot be read ({error.strerror})") from error
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"])) or "the file"
         raise ResultsError(f"{path}: {where}: {first['msg']}") from error
+    except ValueError as error:
+        raise ResultsError(f"{path} is not valid YAML: {error}") from error
 
 
 def check(folder: Path) -> list[Check]:
@@ -114,6 +119,7 @@ def check(folder: Path) -> list[Check]:
         Check("every trial is there, once and in order", _trials_fault(run, records)),
         Check("every record agrees with itself", _record_fault(records)),
         Check("the shipped weights are unchanged", _weights_fault(run)),
+        Check("the predictor had a process of its own, or is shipped", _process_fault(run)),
     ]
 
 
@@ -202,6 +208,19 @@ def _record_fault(records: list[TrialRecord]) -> str:
         if r.success and not held:
             return f"trial {r.trial} is a success without grasp, lift or contact force"
     return ""
+
+
+def _process_fault(run: RunInfo) -> str:
+    try:
+        apart = parse(run.predictor).apart
+    except GraspBenchError:  # an installed package's, not installed here
+        apart = False
+    if apart is None or (apart and run.apart is True):
+        return ""
+    return (
+        "within the harness's process a predictor can read the truth from its caller's frame; run it by "
+        "'cmd: grasp-bench serve NAME --port {port}' or at an address"
+    )
 
 
 def _weights_fault(run: RunInfo) -> str:

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from grasp_bench.report.clutter import Clearing, by_frequency, summarise_clutter
+from grasp_bench.report.firmness import Firmness, firmness
+from grasp_bench.report.trust import Trust
 from grasp_bench.runs.folder import load_timings
 from grasp_bench.runs.info import RunInfo
 from grasp_bench.runs.record import TrialRecord
@@ -27,6 +29,8 @@ class Summary:
         by_category, by_object: rates by name, sorted.
         timings: mean seconds of a trial by phase.
         clutter: figures of its episodes, if it cleared tables.
+        trust: what it tells of its predictor's own word, and of its pace.
+        firmness: how firmly it holds, if it measured that.
     """
 
     run: str
@@ -37,6 +41,8 @@ class Summary:
     by_object: dict[str, Rate]
     timings: dict[str, float]
     clutter: Clearing | None
+    trust: Trust
+    firmness: Firmness | None = None
 
     @classmethod
     def of(cls, results: RunResults, root: Path | None = None) -> Summary:
@@ -58,6 +64,8 @@ class Summary:
             _by(records, lambda r: r.object),
             {p: round(sum(t.seconds.get(p, 0.0) for t in timings) / len(timings), 5) for p in phases},
             summarise_clutter(episodes, len(records)) if results.info.cluttered else None,
+            Trust.of(results, timings),
+            firmness(results),
         )
 
     @property
@@ -82,6 +90,8 @@ class Summary:
             "by_category": {name: rate.counts() for name, rate in self.by_category.items()},
             "by_object": {name: rate.counts() for name, rate in self.by_object.items()},
             "timings": self.timings,
+            "trust": self.trust.to_json(),
+            "firmness": None if self.firmness is None else self.firmness.to_json(),
         }
 
 

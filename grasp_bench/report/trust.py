@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from grasp_bench.report.tables import RATE_HEAD, TextTable, rate_cells
-from grasp_bench.runs.folder import load_timings
-from grasp_bench.runs.record import Attempted
+from grasp_bench.runs.record import Attempted, Timings
 from grasp_bench.runs.results import RunResults
 from grasp_bench.runs.statistics import Rate
 from grasp_bench.system.arrays import Floats
@@ -23,7 +22,9 @@ BINS = 10
 COVERAGES = (0.25, 0.5, 0.75, 0.9, 1.0)
 """Shares of the most confident grasps that tables show."""
 DRAWS = 999
-"""Outcomes drawn to see what chance makes of a calibration error."""
+"""Outcomes drawn of a run to see what chance makes of its calibration error."""
+MOST = 20_000_000
+"""Numbers drawn at most: of long runs fewer outcomes are drawn, a tenth at least."""
 SURE = 0.01
 """Level at which a predictor is called over- or under-confident."""
 COMPUTING = ("predict", "plan")
@@ -69,7 +70,7 @@ class Calibration:
     @property
     def verdict(self) -> str:
         """What the grasps say of the quality, in a word or two."""
-        if self.p_value >= SURE:
+        if self.p_value > SURE:
             return "in keeping with a probability"
         gap = self.mean_quality - self.held.rate
         if abs(gap) < self.error / 2:
@@ -100,8 +101,9 @@ def calibration(quality: Floats, success: Sequence[bool]) -> Calibration | None:
     if len(q) == 0 or np.ptp(q) == 0:
         return None
     index = np.minimum((q * BINS).astype(int), BINS - 1)
-    drawn = np.random.default_rng(0).random((DRAWS, len(q))) < q
-    error, by_chance = _error(q, y, index), np.array([_error(q, d, index) for d in drawn])
+    rng, draws = np.random.default_rng(0), max(DRAWS // 10, min(DRAWS, MOST // len(q)))
+    error = _error(q, y, index)
+    by_chance = np.array([_error(q, rng.random(len(q)) < q, index) for _ in range(draws)])
     order = np.argsort(-q, kind="stable")
     failed = np.cumsum(~y[order]) / np.arange(1, len(q) + 1)
     return Calibration(
@@ -110,7 +112,7 @@ def calibration(quality: Floats, success: Sequence[bool]) -> Calibration | None:
         _rate(y),
         error,
         float(by_chance.mean()),
-        float((1 + (by_chance >= error).sum()) / (1 + DRAWS)),
+        float((1 + (by_chance >= error).sum()) / (1 + draws)),
         {share: _rate(y[order[: max(1, round(share * len(q)))]]) for share in COVERAGES},
         float(failed.mean()),
     )
@@ -159,26 +161,23 @@ class Trust:
     """What a run tells of its predictor's own word, and of its pace.
 
     Attributes:
-        name: of the run.
         calibration: None where the predictor's qualities say nothing, or no grasp was carried out.
         without: attempts in which no grasp was carried out.
         picks: objects lifted in an hour.
     """
 
-    name: str
     calibration: Calibration | None
     without: int
     picks: Picks
 
     @classmethod
-    def of(cls, run: RunResults, name: str | None = None) -> Trust:
+    def of(cls, run: RunResults, timings: Sequence[Timings]) -> Trust:
         """Return it of a run, from its records and timings alone."""
         tries: list[Attempted] = [t for r in run.records for _, t in r.tries]
         grasps = [(t.grasp.quality, t.success) for t in tries if t.grasp is not None]
         step = float((run.info.scenario.get("physics") or {}).get("timestep", 0.002))
-        computing = sum(t.seconds.get(p, 0.0) for t in load_timings(run.folder) for p in COMPUTING)
+        computing = sum(t.seconds.get(p, 0.0) for t in timings for p in COMPUTING)
         return cls(
-            run.predictor if name is None else name,
             calibration(np.array([q for q, _ in grasps]), [s for _, s in grasps]),
             len(tries) - len(grasps),
             Picks(sum(t.success for t in tries), step * sum(t.sim_steps for t in tries), computing),
@@ -190,21 +189,21 @@ class Trust:
         return {"calibration": found, "no_grasp_carried_out": self.without, **self.picks.to_json()}
 
 
-def trust_table(runs: Sequence[Trust]) -> TextTable:
-    """Return what each run's predictor says of its grasps, beside what became of them."""
+def trust_table(runs: Sequence[tuple[str, Trust]]) -> TextTable:
+    """Return what each run's predictor, by the run's name, says of its grasps, beside what became of them."""
     rows = []
-    for run in runs:
+    for name, run in runs:
         found = run.calibration
         pace = f"{run.picks.an_hour:.0f}"
         if found is None:
-            rows.append([run.name, *[""] * 6, "gives no qualities", pace])
+            rows.append([name, *[""] * 6, "gives no qualities", pace])
             continue
         half = found.coverage[0.5]
         cells = [f"{found.mean_quality:.2f}", *rate_cells(found.held), f"{half.rate:.1%}"]
-        rows.append([run.name, *cells, f"{found.error:.2f} ({found.by_chance:.2f})", found.verdict, pace])
+        rows.append([name, *cells, f"{found.error:.2f} ({found.by_chance:.2f})", found.verdict, pace])
     return TextTable(
         "Is its quality a probability?",
-        ("Predictor", "Mean quality", *RATE_HEAD, "Surer half", "Error (by chance)", "Quality is", "Picks/h"),
+        ("Run", "Mean quality", *RATE_HEAD, "Surer half", "Error (by chance)", "Quality is", "Picks/h"),
         rows,
         note="Of the grasps carried out. Error: expected calibration error over ten bins, and what chance "
         "alone would make of it; it is called over- or under-confident at 1 %. Surer half: success among the "

@@ -16,6 +16,8 @@ from pydantic import (
 )
 
 from grasp_bench.errors import ResultsError
+from grasp_bench.runs.schema import strict_json
+from grasp_bench.system.files import read_text
 from grasp_bench.system.integrity import write_whole
 
 Split = Literal["image", "object"]
@@ -213,7 +215,7 @@ class Evaluation(_Part):
     def read(cls, path: Path) -> Self:
         """Read a file; raise ResultsError naming one that is no such result."""
         try:
-            found = json.loads(path.read_text(encoding="utf-8"))
+            found = strict_json(read_text(path))
             if found["kind"] != "evaluation" or found["format"] != 1:
                 raise ValueError(f"kind {found['kind']!r}, format {found['format']!r}")
             return cls.model_validate(found)

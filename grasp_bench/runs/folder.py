@@ -27,6 +27,10 @@ from grasp_bench.system.files import read_text
 from grasp_bench.system.integrity import replacing, sync_folder, write_whole
 
 TRIALS, TIMINGS = "trials.jsonl", "timings.jsonl"
+ERRORS = "errors.log"
+"""Tracebacks of what a predictor raised, to be read by people."""
+MOST_ERRORS = 2**22
+"""Bytes after which no further traceback is kept."""
 
 
 class RunFolder:
@@ -52,6 +56,7 @@ class RunFolder:
                 f"{path} cannot be written ({error.strerror}); choose another --out."
             ) from error
         self._files: dict[str, int] = {}
+        self._raised: dict[str, int] = {}
         self.repaired = False
 
     def __enter__(self) -> RunFolder:
@@ -93,6 +98,9 @@ class RunFolder:
             )
         else:
             write_run(path, run)
+        for name in (TRIALS, TIMINGS):
+            if (self.path / name).is_symlink():
+                raise ResultsError(f"{self.path / name} is a link; put its file there to go on with the run.")
         done: set[int] = set()
         sound = 0
         for line in scan(self.path / TRIALS):
@@ -128,7 +136,9 @@ class RunFolder:
             try:
                 if name not in self._files:
                     is_new = not path.exists()
-                    self._files[name] = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
+                    self._files[name] = os.open(
+                        path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW, 0o666
+                    )
                     if is_new:
                         sync_folder(self.path)
                 _append_whole(self._files[name], (line.line() + "\n").encode())
@@ -138,6 +148,21 @@ class RunFolder:
                     "measured is kept; free some space and run the same command "
                     "again."
                 ) from error
+
+    def note(self, record: TrialRecord, tracebacks: Sequence[str]) -> None:
+        """Append what foreign code raised in a trial to ``errors.log``, each traceback once; never raises."""
+        path = self.path / ERRORS
+        lines = [f"Trial {record.trial} ({record.object}): {record.detail}\n"]
+        for text in tracebacks:
+            first = self._raised.setdefault(text, record.trial)
+            lines.append(text if first == record.trial else f"  as in trial {first}\n")
+        with suppress(OSError):
+            file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW, 0o666)
+            try:
+                if os.fstat(file).st_size < MOST_ERRORS:
+                    os.write(file, ("".join(lines) + "\n").encode())
+            finally:
+                os.close(file)
 
     def finish(self) -> None:
         """Put trials and timings in trial order; files in order are left alone.
@@ -211,7 +236,8 @@ def write_run(path: Path, run: RunInfo) -> None:
         ResultsError: when it cannot be written.
     """
     with _telling(path):
-        write_whole(path, (json.dumps(run.to_json(), indent=1, ensure_ascii=False) + "\n").encode())
+        content = json.dumps(run.to_json(), indent=1, ensure_ascii=False, allow_nan=False)
+        write_whole(path, (content + "\n").encode())
 
 
 def load_run(folder: Path) -> RunInfo:

@@ -37,6 +37,10 @@ RESUMABLE = (*SAME_RUN, Group.SHARE)
 """Keys that must agree before a run may be resumed."""
 
 
+_WHERE_KNOWN = ("shard", "robot", "environment", "apart")
+"""Keys that are written only where there is something to say."""
+
+
 def _named(scenario: dict[str, Any]) -> dict[str, Any]:
     if not isinstance(scenario.get("name"), str):
         raise ValueError("the scenario has no name")
@@ -68,6 +72,10 @@ class RunInfo(Stored):
     platform: Annotated[Any, Group.ORIGIN] = None
     cpu: Annotated[Any, Group.ORIGIN] = None
     git: Annotated[Any, Group.ORIGIN] = None
+    environment: Annotated[
+        dict[str, Text] | None, Group.ORIGIN, Field(description="an object of texts or null")
+    ] = None
+    apart: Annotated[bool | None, Group.ORIGIN, Field(strict=True, description="true, false or null")] = None
 
     @classmethod
     def keys(cls, *groups: Group) -> list[str]:
@@ -134,5 +142,5 @@ class RunInfo(Stored):
         return self.model_copy(update={"scenario": scenario | {"name": "", "description": ""}})
 
     @model_serializer(mode="wrap")
-    def _without_the_usual(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        return {k: v for k, v in handler(self).items() if k not in ("shard", "robot") or v is not None}
+    def _without_no_shard(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return {k: v for k, v in handler(self).items() if k not in _WHERE_KNOWN or v is not None}

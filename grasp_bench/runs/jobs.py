@@ -11,6 +11,8 @@ from typing import overload
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.scenario.sections import Scenario
 
+LONGEST_TIME = 30 * 86400.0
+"""No trial takes longer [s], whatever its scenario allows: clocks of the system hold no more."""
 MEDIA_TIME = 60.0
 """Seconds that a worker may take for a trial's pictures, in clutter for each of its objects."""
 
@@ -51,7 +53,8 @@ class Settings:
         """Seconds after which a worker is stopped: making pictures must not turn a trial into a timeout."""
         clutter = self.scenario.clutter
         tries = 1 if clutter is None else clutter.most
-        return self.scenario.trial_timeout + (MEDIA_TIME * tries if self.keeps else 0.0)
+        wanted = self.scenario.trial_timeout + (MEDIA_TIME * tries if self.keeps else 0.0)
+        return min(wanted, LONGEST_TIME)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The number of harness faults that a run may have."""
+"""Limits of a run: its trials, its seed, and the number of harness faults that it may have."""
 
 from __future__ import annotations
 
@@ -6,6 +6,11 @@ import re
 from dataclasses import dataclass
 
 from grasp_bench.errors import GraspBenchError
+
+MOST_TRIALS = 100_000_000
+"""No run has more trials."""
+MOST_SEED = 2**63 - 1
+"""Largest seed of a run."""
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,8 @@ from grasp_bench.runs.differences import listed
 from grasp_bench.runs.folder import TIMINGS, TRIALS, RunFolder, join, load_run, write_run
 from grasp_bench.runs.info import RUN, SAME_RUN, Group, RunInfo
 from grasp_bench.runs.jobs import WHOLE, Jobs, Shard, spread
+from grasp_bench.runs.limits import MOST_TRIALS
 from grasp_bench.runs.lines import scan
-
-MOST_TRIALS = 100_000_000
 
 
 @dataclass(frozen=True)

@@ -97,6 +97,23 @@ def _cut(text: Any) -> Any:
 Detail = Annotated[Text, BeforeValidator(_cut)]
 
 
+class MarginRecord(Stored):
+    """How firmly an object was held at the end; all 0 for a failure.
+
+    Attributes:
+        force: least force that broke the grip [N].
+        factor: the same as a multiple of the object's weight, which the grip bears besides.
+        direction: in which direction of the gripper that was: ``+jaws``, ``-jaws``, ``+across``, ``-across``,
+            ``+approach`` or ``-approach``; empty for a failure.
+        torque: least torque about the jaw axis that broke the grip [N m].
+    """
+
+    force: Annotated[Number, Field(ge=0), _digits(3)] = 0.0
+    factor: Annotated[Number, Field(ge=0), _digits(4)] = 0.0
+    direction: Text = ""
+    torque: Annotated[Number, Field(ge=0), _digits(5)] = 0.0
+
+
 class Attempted(Stored):
     """The record of any attempt at an object.
 
@@ -111,11 +128,12 @@ class Attempted(Stored):
         tcp_error: see :class:`TcpError`.
         lift_height: height of the object above its place, after lifting [m].
         contact_force: mean normal force of the two fingers at the end [N].
-        sim_steps: physics steps taken.
+        sim_steps: physics steps taken, without those of the margin.
+        margin: how firmly it was held; None where the scenario does not measure it.
     """
 
     leading = ("trial", "attempt", "object", "category", "seed", "outcome", "success")
-    optional: ClassVar[tuple[str, ...]] = ("widening_mm", "shortfall_mm")
+    optional: ClassVar[tuple[str, ...]] = ("widening_mm", "shortfall_mm", "margin")
     """Keys that are not written where there is nothing to say, nor were before there were such keys."""
 
     object: Text
@@ -131,6 +149,7 @@ class Attempted(Stored):
     lift_height: Annotated[Number, _digits(5)] = 0.0
     contact_force: Annotated[Number, _digits(3)] = 0.0
     sim_steps: Count = 0
+    margin: Annotated[MarginRecord | None, Field(description=PART)] = None
 
     @property
     def success(self) -> bool:

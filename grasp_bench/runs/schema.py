@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from grasp_bench.system.texts import legible, shown
+from grasp_bench.system.texts import legible_all, shown
 
 LARGEST = 2**63 - 1
 """No whole number in a results file is larger."""
@@ -70,21 +70,6 @@ class Stored(BaseModel):
     def line(self) -> str:
         """Return the content as one line of JSON; the same content is always the same line."""
         return json.dumps(self.to_json(), ensure_ascii=False, separators=(", ", ": "), allow_nan=False)
-
-
-def legible_all(content: Any) -> Any:
-    """Return plain data whose texts can all be written; see :func:`~grasp_bench.system.texts.legible`."""
-    if isinstance(content, str):
-        return (
-            content
-            if type(content) is str and content.isascii() and content.isprintable()
-            else legible(content)
-        )
-    if isinstance(content, dict):
-        return {legible_all(k): legible_all(v) for k, v in content.items()}
-    if isinstance(content, (list, tuple)) and type(content) in (list, tuple):
-        return type(content)(map(legible_all, content))
-    return content
 
 
 def strict_json(text: str) -> Any:

@@ -9,13 +9,18 @@ import types
 from pathlib import Path
 from typing import Any, Union, get_args, get_origin
 
-import yaml
 from pydantic import ValidationError
 
 from grasp_bench.errors import ScenarioError, UnknownNameError
 from grasp_bench.scenario.fields import Section
 from grasp_bench.scenario.sections import VERSION, Scenario
+from grasp_bench.system.files import read_text
 from grasp_bench.system.paths import scenarios_dir
+from grasp_bench.system.texts import legible, legible_all, shown
+from grasp_bench.system.yaml_text import read_yaml
+
+MOST_FAULTS = 10
+"""Faults of one scenario that are told."""
 
 
 def scenario_names() -> list[str]:
@@ -41,8 +46,8 @@ def load_scenario(name: str) -> Scenario:
 def _find(name: str, folder: Path = Path()) -> Path:
     if Path(name).suffix in (".yaml", ".yml"):
         path = folder / name
-        if not path.is_file():
-            raise ScenarioError(f"Scenario file {path} does not exist.")
+        if "\0" in name or not path.exists():
+            raise ScenarioError(f"Scenario file {legible(str(path))} does not exist.")
         return path
     if name in scenario_names():
         return scenarios_dir() / f"{name}.yaml"
@@ -52,8 +57,10 @@ def _find(name: str, folder: Path = Path()) -> Path:
 def _read(path: Path, below: tuple[Path, ...]) -> dict[str, Any]:
     """Read a file, laid over what it extends; ``below`` are the files that led here."""
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        content = legible_all(read_yaml(read_text(path)))
+    except OSError as error:
+        raise ScenarioError(f"{path} cannot be read ({error.strerror}).") from error
+    except ValueError as error:
         raise ScenarioError(f"{path} is not valid YAML: {error}") from error
     if not isinstance(content, dict):
         raise ScenarioError(f"{path} must hold keys and values, like scenarios/table4.yaml.")
@@ -62,10 +69,10 @@ def _read(path: Path, below: tuple[Path, ...]) -> dict[str, Any]:
     if parent is None:
         return content
     if not isinstance(parent, str):
-        raise ScenarioError(f"{path}: extends: must name a scenario or a YAML file (got {parent!r})")
+        raise ScenarioError(f"{path}: extends: must name a scenario or a YAML file (got {shown(parent)})")
     try:
         base = _find(parent, path.parent)
-    except UnknownNameError as error:
+    except (UnknownNameError, ScenarioError) as error:
         raise ScenarioError(f"{path}: extends: {error}") from error
     if base.resolve() in [p.resolve() for p in (path, *below)]:
         raise ScenarioError(f"{path}: extends: {parent} extends this file in turn")
@@ -108,10 +115,16 @@ def check_current(scenario: Scenario) -> None:
 
 def parse_scenario(content: dict[str, Any], origin: str) -> Scenario:
     """Validate a scenario from plain data; ``origin`` is named in errors."""
+    if not isinstance(content, dict) or not all(isinstance(key, str) for key in content):
+        raise ScenarioError(f"{origin}: a scenario's keys must be text, such as name")
     try:
         return Scenario.model_validate(content)
     except ValidationError as error:
-        raise ScenarioError("\n".join(_explain(origin, e) for e in error.errors())) from error
+        faults = [_explain(origin, e) for e in error.errors(include_url=False)]
+        more = [f"{origin}: and {len(faults) - MOST_FAULTS} more"] if len(faults) > MOST_FAULTS else []
+        raise ScenarioError("\n".join([*faults[:MOST_FAULTS], *more])) from error
+    except (RecursionError, OverflowError) as error:
+        raise ScenarioError(f"{origin}: a number or a list in it is too large") from error
 
 
 def parameters(model: type[Section] = Scenario, prefix: str = "") -> list[str]:
@@ -156,12 +169,15 @@ def _section(annotation: Any) -> type[Section] | None:
 
 
 def _explain(origin: str, error: Any) -> str:
-    keys = [str(k) for k in error["loc"]]
+    keys = [legible(str(k), 100) for k in error["loc"]]
     where = ".".join(keys) or "scenario"
     if error["type"] == "extra_forbidden":
         model: Any = Scenario
         for key in keys[:-1]:
-            model = _section(model.model_fields[key].annotation)
+            field = None if model is None else model.model_fields.get(key)
+            model = None if field is None else _section(field.annotation)
+        if model is None:
+            return f"{origin}: unknown key {shown(where, 80)}"
         return f"{origin}: {UnknownNameError(f'key in {where!r}:', keys[-1], model.model_fields)}"
-    given = "" if isinstance(error["input"], dict) else f" (got {error['input']!r})"
-    return f"{origin}: {where}: {error['msg']}{given}"
+    given = "" if isinstance(error["input"], dict) else f" (got {shown(error['input'], 80)})"
+    return f"{origin}: {where}: {legible(error['msg'], 300)}{given}"

@@ -215,6 +215,20 @@ class Execution(Section):
         return self.protocol == "assisted"
 
 
+class Margin(Section):
+    """Measuring how firmly what was lifted is held; see :mod:`grasp_bench.trials.margin`.
+
+    Attributes:
+        distance, angle_deg: the grip is broken when the object moved or turned so far in the gripper [m, °].
+        force_cap, torque_cap: greatest loads that are tried [N, N m].
+    """
+
+    distance: Annotated[float, Field(ge=0.001, le=0.05)] = 0.005
+    angle_deg: Annotated[float, Field(ge=1, le=45)] = 10.0
+    force_cap: Annotated[float, Field(ge=1, le=1000)] = 200.0
+    torque_cap: Annotated[float, Field(ge=0.1, le=100)] = 10.0
+
+
 class Success(Section):
     """When a trial is a success (paper, section 4.4)."""
 
@@ -254,6 +268,7 @@ class Scenario(Section):
     gripper: Gripper = Gripper()
     motion: Motion = Motion()
     execution: Execution = Execution()
+    margin: Margin | None = None
     success: Success = Success()
     physics: Physics = Physics()
     objects: Objects = Objects()

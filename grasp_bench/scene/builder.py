@@ -42,7 +42,7 @@ ROLLING_FRICTION = 1.5e-3
 lie on a small round patch rock for seconds."""
 
 NOT_IN_THE_MODEL: set[str] = set(
-    "name description sensor calibration light look settling motion execution success clutter "
+    "name description sensor calibration light look settling motion execution margin success clutter "
     "trial_timeout".split()
 )
 """Sections of a scenario that compiled models do not depend on."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -180,6 +181,20 @@ class World:
             if still >= settling.still_time:
                 return
         raise UnstableError(f"the object was not at rest {settling.timeout:g} s after it was put down")
+
+    def keep(self) -> Callable[[], None]:
+        """Return a function that puts everything back, to the bit, as it is now; it may be called again."""
+        data, option = copy.copy(self.data), copy.copy(self.model.opt)
+        steps, target, starts = self.steps, self.target, list(self._starts)
+
+        def restore() -> None:
+            mujoco.mj_copyData(self.data, self.model, data)
+            self.model.opt.noslip_iterations = option.noslip_iterations
+            self.model.opt.enableflags = option.enableflags
+            self.steps, self.observer, self._starts = steps, None, list(starts)
+            self.aim(target)
+
+        return restore
 
     def spare(self) -> None:
         """From now on simulate no more than an untouched table needs.

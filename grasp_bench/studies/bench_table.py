@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from grasp_bench import api
 from grasp_bench.errors import AssetError, GraspBenchError, ResultsError
+from grasp_bench.execution.crew import early_crew
+from grasp_bench.execution.together import can_share, run_together
 from grasp_bench.networks.registry import all_weights, build, family, parameter_count
 from grasp_bench.networks.store import stored_input
 from grasp_bench.predictors.shipped import SHIPPED
@@ -18,8 +21,13 @@ from grasp_bench.report.tables import RATE_HEAD, TextTable, rate_cells
 from grasp_bench.runs.comparison import Comparison
 from grasp_bench.runs.evaluation import Evaluation
 from grasp_bench.runs.info import RUN
+from grasp_bench.runs.jobs import Settings, spread
+from grasp_bench.runs.record import TrialRecord
 from grasp_bench.runs.results import RunResults
 from grasp_bench.runs.statistics import Rate, holm, trials_to_distinguish
+from grasp_bench.scenario.reading import load_scenario
+from grasp_bench.system.graphics import prepare, resolve_renderer
+from grasp_bench.system.machine import usable_cores
 
 UNABLATED = "htc-grasp-1000"
 """HTC-Grasp trained as long as its ablations."""
@@ -43,33 +51,51 @@ def bench(
     scenario: str = "table4",
     seed: int = 0,
     workers: int | None = None,
-    on_run: Callable[[str], Any] = lambda name: True,
+    on_trial: Callable[[str, TrialRecord, bool], None] = lambda name, record, resumed: None,
 ) -> list[str]:
-    """Try predictors on the same trials, each into its own folder; finished ones are kept.
+    """Try predictors on the same trials, each into its own folder; what is done is kept.
+
+    Worlds and pictures are made once for all predictors that may share a process; the records are those of
+    :func:`grasp_bench.run` with each of them.
 
     Args:
         folder: holds a run for each predictor, named after it.
         predictors: names; by default all shipped ones whose weights are there.
         trials: number of trials for each; by default one for each object.
         scenario, seed, workers: as for :func:`grasp_bench.run`.
-        on_run: called with each predictor's name, returns what :func:`grasp_bench.run` takes as
-            ``progress``.
+        on_trial: called with each predictor's name, record, and whether it was there before.
 
     Returns:
         Names of shipped networks left out because their weights are missing.
     """
-    names = list(predictors) if predictors else [n for n, e in SHIPPED.items() if e.available]
-    for name in names:
+    names = chosen(predictors)
+    folders = {name: folder / name.replace(":", "-").replace("/", "-") for name in names}
+    shared = {name: path for name, path in folders.items() if can_share(name)}
+    if shared:
+        prepare("auto")
+        read = load_scenario(scenario)
+        catalog, objects = api.select_objects(list(read.objects.names) or "all")
+        renderer = resolve_renderer("auto")
+        settings = Settings(read, catalog.folder.resolve(), next(iter(shared)), seed, renderer)
+        jobs = spread(objects, len(objects) if trials is None else trials)
+        with early_crew(tuple(shared), workers or 0, len(jobs)):
+            run_together(settings, shared, jobs, workers or usable_cores(), on_trial)
+    for name in folders.keys() - shared.keys():
         api.run(
             trials=trials,
             predictor=name,
             scenario=scenario,
             seed=seed,
             workers=workers,
-            out=folder / name.replace(":", "-").replace("/", "-"),
-            progress=on_run(name),
+            out=folders[name],
+            progress=partial(on_trial, name),
         )
     return [n for n, e in SHIPPED.items() if not e.available and n not in names]
+
+
+def chosen(predictors: Sequence[str] | None = None) -> list[str]:
+    """Return the names that :func:`bench` tries."""
+    return list(predictors) if predictors else [n for n, e in SHIPPED.items() if e.available]
 
 
 def compare(folders: Sequence[Path], reference: str = REFERENCE) -> dict[str, Any]:

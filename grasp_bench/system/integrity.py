@@ -22,9 +22,14 @@ def sha256(path: Path) -> str:
 @contextmanager
 def replacing(path: Path) -> Iterator[BinaryIO]:
     """Open a file that takes the place of ``path`` at once when all is written; a kill leaves the old one."""
+    if path.exists() and not path.is_file():  # a pipe or a device, such as /dev/stdout: nothing to replace
+        with path.open("wb") as file:
+            yield file
+        return
     partial = path.with_name(path.name + ".part")
     try:
-        with partial.open("wb") as file:
+        partial.unlink(missing_ok=True)  # what a kill left, or a link that leads elsewhere
+        with partial.open("xb") as file:
             yield file
             file.flush()
             os.fsync(file.fileno())

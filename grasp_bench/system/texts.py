@@ -7,6 +7,7 @@ import sys
 import sysconfig
 import traceback
 from pathlib import Path
+from typing import Any
 
 LONGEST = 2000
 """Characters of a message that are kept."""
@@ -30,6 +31,21 @@ def legible(text: str, longest: int | None = None) -> str:
     # Unbound methods: a subclass of str may answer anything.
     valid = str.encode(text, "utf-16-le", "surrogatepass").decode("utf-16-le", "replace")
     return _ACTING.sub("\ufffd", valid)
+
+
+def legible_all(content: Any) -> Any:
+    """Return plain data whose texts can all be written, see :func:`legible`."""
+    if isinstance(content, str):
+        return (
+            content
+            if type(content) is str and content.isascii() and content.isprintable()
+            else legible(content)
+        )
+    if isinstance(content, dict):
+        return {legible_all(k): legible_all(v) for k, v in content.items()}
+    if isinstance(content, (list, tuple)) and type(content) in (list, tuple):
+        return type(content)(map(legible_all, content))
+    return content
 
 
 def said(error: BaseException, longest: int = LONGEST) -> str:

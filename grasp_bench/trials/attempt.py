@@ -22,14 +22,16 @@ from grasp_bench.planning.choice import choose_grasp
 from grasp_bench.planning.planner import Plan
 from grasp_bench.planning.refusals import Refused
 from grasp_bench.planning.seen import SeenScene
-from grasp_bench.predictors.protocol import GroundTruth, Predictor, ask
-from grasp_bench.runs.record import TrialRecord
+from grasp_bench.predictors.protocol import GroundTruth, Predictor, PrivilegedPredictor, ask
+from grasp_bench.runs.record import MarginRecord, TrialRecord
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scenario.seeding import Purpose, Streams
 from grasp_bench.scene.rendering import Picture, SceneCamera
 from grasp_bench.scene.world import UnstableError, World
 from grasp_bench.trials.clock import Clock
 from grasp_bench.trials.execution import Execution, execute
+from grasp_bench.trials.foresight import foresee
+from grasp_bench.trials.margin import measure
 from grasp_bench.trials.workcell import Workcell, take_picture
 
 
@@ -41,12 +43,24 @@ class Table:
         build: makes the world of the objects.
         settle: brings the objects to rest in that world.
         alone: whether the world differs from all others of the workcell in one object only.
+        take: takes the picture, as :func:`~grasp_bench.trials.workcell.take_picture` does.
+        another: makes another world with the objects at rest, where ``build`` gives the same one each time.
     """
 
     models: Sequence[ObjectModel]
     build: Callable[[], World]
     settle: Callable[[World], None]
     alone: bool = False
+    take: Callable[..., tuple[Picture, RgbdImage]] = take_picture
+    another: Callable[[], World] | None = None
+
+    def fresh(self) -> World:
+        """Return another world of the same objects at rest, the same to the bit."""
+        if self.another is not None:
+            return self.another()
+        world = self.build()
+        self.settle(world)
+        return world
 
 
 @dataclass
@@ -85,6 +99,7 @@ def attempt(
     done = Trial(_record(trial, target, streams.seed, Outcome.ERROR, ""), clock)
     grasp: Grasp | None = None
     rank: int | None = None
+    margin = None if cell.scenario.margin is None else MarginRecord()
 
     def ended(outcome: Outcome, detail: str, execution: Execution | None = None) -> Trial:
         done.record = _record(
@@ -99,6 +114,7 @@ def attempt(
             widening_mm=1000 * done.plan.widening if done.plan else None,
             shortfall_mm=1000 * done.plan.shortfall if done.plan else None,
             sim_steps=done.world.steps if done.world else 0,
+            margin=margin,
             **({} if execution is None else execution.measured),
         )
         return done
@@ -108,10 +124,7 @@ def attempt(
             world = done.world = table.build()
         with clock.phase("settle"):
             table.settle(world)
-        alone = world.object_body if table.alone else -1
-        picture, image = take_picture(
-            world, camera, cell.scenario, streams(Purpose.SENSOR), clock, changing=alone
-        )
+        picture, image = take_first_picture(cell, table, world, streams, clock)
         done.image = image
         with clock.phase("predict"):
             truths = _truths(world, table.models, camera)
@@ -119,8 +132,18 @@ def attempt(
         if not done.grasps:
             return ended(Outcome.NO_GRASP, "the predictor proposed no grasp")
         with clock.phase("plan"):
-            scene = SeenScene(image, cell.camera.pose, cell.camera.directions)  # as the robot believes
-            choice = choose_grasp(cell.planner, scene, done.grasps)
+            if isinstance(predictor, PrivilegedPredictor) and predictor.foresight:
+                exact = RgbdImage(picture.rgb, picture.depth, camera.intrinsics)
+                choice = foresee(
+                    cell.planner,
+                    SeenScene(exact, camera.pose, camera.directions),
+                    done.grasps,
+                    table.fresh,
+                    lambda grasp: _meant(grasp, picture, world, camera),
+                )
+            else:
+                scene = SeenScene(image, cell.camera.pose, cell.camera.directions)  # as the robot believes
+                choice = choose_grasp(cell.planner, scene, done.grasps)
         rank, grasp = choice.rank, done.grasps[choice.rank]
         aim = _meant(grasp, picture, world, camera)
         target = table.models[aim]
@@ -133,11 +156,23 @@ def attempt(
             execution = execute(world, choice.plan)
         if execution.outcome is not Outcome.UNSTABLE:
             target = table.models[world.target]  # the fingers may have closed on another one
+        if cell.scenario.margin is not None and execution.outcome is Outcome.SUCCESS:
+            with clock.phase("margin"):
+                margin = measure(world, cell.scenario.margin)
         return ended(execution.outcome, execution.detail, execution)
     except UnstableError as error:
         return ended(Outcome.UNSTABLE, str(error))
     except PredictorError as error:
         return ended(Outcome.ERROR, str(error))
+
+
+def take_first_picture(
+    cell: Workcell, table: Table, world: World, streams: Streams, clock: Clock
+) -> tuple[Picture, RgbdImage]:
+    """Return what :func:`~grasp_bench.trials.workcell.take_picture` does of a table at rest."""
+    changing = world.object_body if table.alone else -1
+    camera, rng = cell.true_camera(streams), streams(Purpose.SENSOR)
+    return table.take(world, camera, cell.scenario, rng, clock, changing=changing)
 
 
 def _record(

@@ -8,6 +8,7 @@ from grasp_bench.objects.catalog import Catalog
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.runs.jobs import Job
 from grasp_bench.runs.record import TrialRecord
+from grasp_bench.trials.attempt import Table
 from grasp_bench.trials.clock import Clock
 from grasp_bench.trials.episode import run_episode
 from grasp_bench.trials.trial import run_trial
@@ -24,7 +25,13 @@ class Finished:
 
 
 def do_job(
-    cell: Workcell, catalog: Catalog, predictor: Predictor, job: Job, seed: int, watch: Watch = unwatched
+    cell: Workcell,
+    catalog: Catalog,
+    predictor: Predictor,
+    job: Job,
+    seed: int,
+    watch: Watch = unwatched,
+    table: Table | None = None,
 ) -> Finished:
     """Do a trial of a run.
 
@@ -32,6 +39,7 @@ def do_job(
         job: the trial's number, object and attempt.
         seed: the run's seed.
         watch: gives watchers for pictures, films and logs.
+        table: what the trial on one object finds, where others find it, too; by default its own.
     """
     if cell.scenario.clutter is not None:
         clock = Clock()
@@ -42,7 +50,14 @@ def do_job(
         watch(None),
         predictor,
         lambda watcher: run_trial(
-            cell, model, predictor, trial=job.trial, attempt=job.attempt, seed=seed, observer=watcher
+            cell,
+            model,
+            predictor,
+            trial=job.trial,
+            attempt=job.attempt,
+            seed=seed,
+            observer=watcher,
+            table=table,
         ),
     )
     return Finished(done.record, done.clock)

@@ -24,6 +24,7 @@ def run_trial(
     attempt: int = 0,
     seed: int = 0,
     observer: Callable[[World], None] | None = None,
+    table: Table | None = None,
 ) -> Trial:
     """Try to pick up ``model`` once.
 
@@ -32,12 +33,19 @@ def run_trial(
         attempt: how many times this object was tried before in the run.
         seed: the run's seed.
         observer: called after every sample of the arm's motion, for films and logs.
+        table: what the trial finds, where several find the same; by default :func:`own_table`.
     """
-    streams, model = Streams(seed, model.name, attempt), cell.fitted(model)
-    table = Table(
+    streams = Streams(seed, model.name, attempt)
+    found = table or own_table(cell, model, streams)
+    return try_once(cell, found, predictor, streams, trial=trial, observer=observer)
+
+
+def own_table(cell: Workcell, model: ObjectModel, streams: Streams) -> Table:
+    """Return what a trial on one object finds: the object alone, at rest where its streams put it."""
+    model = cell.fitted(model)
+    return Table(
         [model],
         build=lambda: World(compile_scene(cell.scenario, model), cell.scenario),
         settle=lambda world: put_down(world, model, cell.scenario, streams(Purpose.POSE)),
         alone=True,
     )
-    return try_once(cell, table, predictor, streams, trial=trial, observer=observer)

@@ -21,8 +21,8 @@ from pebble import ProcessPool
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
-from grasp_bench.objects.catalog import FILES, VisualPart
-from grasp_bench.system.integrity import MANIFEST, sha256
+from grasp_bench.objects.catalog import FILES, GRASPABLE, VisualPart
+from grasp_bench.system.integrity import MANIFEST, sha256, write_whole
 from grasp_bench.workshop.decompose import BOUNDS, compare, decompose
 from grasp_bench.workshop.materials import MATERIALS
 from grasp_bench.workshop.model import REGISTRY, ObjectSpec, Part
@@ -206,11 +206,51 @@ def _build_one(name: str, folder: Path, stage: str) -> str:
 
 def write_manifest(folder: Path) -> int:
     """Write the manifest of all complete objects in ``folder``, and return how many there are."""
-    objects = []
-    for path in sorted(folder.glob("*/object.json")):
+    return Listing(folder).write()
+
+
+class Listing:
+    """The manifest of a folder that objects are being added to; files are read once.
+
+    Args:
+        folder: where the objects' folders are.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._known: dict[Path, tuple[int, dict[str, Any]]] = {}
+        self._listed: list[dict[str, Any]] = []
+
+    @property
+    def graspable(self) -> int:
+        """How many of the objects that were written last have a grasp that fits the gripper."""
+        return sum(o.get(GRASPABLE, True) for o in self._listed)
+
+    def write(self) -> int:
+        """Write the manifest of all complete objects, and return how many there are."""
+        self._listed = []
+        for path in sorted(self.folder.glob("*/object.json")):
+            changed = path.stat().st_mtime_ns
+            if self._known.get(path, (0, {}))[0] != changed:
+                entry = _manifest_entry(path)
+                if entry is None:
+                    continue
+                self._known[path] = changed, entry
+            self._listed.append(self._known[path][1])
+        lines = ",\n".join("  " + json.dumps(o) for o in self._listed)
+        text = '{"version": 1, "objects": [\n' + lines + "\n]}\n"
+        write_whole(self.folder / MANIFEST, text.encode())
+        return len(self._listed)
+
+
+def _manifest_entry(path: Path) -> dict[str, Any] | None:
+    """Return what the manifest says of an object; None where a kill left it in pieces."""
+    try:
         details = json.loads(path.read_text())
         files = {f: sha256(path.parent / f) for f in FILES}
-        objects.append({k: details[k] for k in LISTED} | {"files": files})
-    lines = ",\n".join("  " + json.dumps(o) for o in objects)
-    (folder / MANIFEST).write_text('{"version": 1, "objects": [\n' + lines + "\n]}\n")
-    return len(objects)
+        entry = {k: details[k] for k in LISTED} | {"files": files}
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    if not any(p["grasps"] for p in details.get("poses", ())):
+        entry[GRASPABLE] = False
+    return entry

@@ -7,7 +7,10 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
 import pytest
 from conftest import Ended
@@ -36,10 +39,13 @@ def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
 
     class Sequential:
         def run(self, settings, jobs):
-            worker.load(settings)
-            yield from map(worker.do, jobs)
+            worker.load((settings.predictor,))
+            for job in jobs:
+                yield from worker.do(settings, job)
 
     monkeypatch.setattr("grasp_bench.api.make_executor", lambda *_, **__: Sequential())
+    for place in ("api", "execution.crew"):
+        monkeypatch.setattr(f"grasp_bench.{place}.early_crew", lambda *_, **__: nullcontext())
 
 
 @pytest.fixture(scope="session")
@@ -190,7 +196,7 @@ def test_an_unknown_object_is_refused_with_the_nearest(cli) -> None:
     ("option", "value", "words"),
     [
         ("--predictor", "orakel", ["'orakel'", "Did you mean oracle", "my_module:MyPredictor"]),
-        ("--predictor", "nowhere:Thing", ["'nowhere'", "cannot be imported"]),
+        ("--predictor", "nowhere:Thing", ["'nowhere'", "was not found"]),
         ("--scenario", "tabel4", ["'tabel4'", "Did you mean table4"]),
         ("--scenario", "missing.yaml", ["missing.yaml does not exist"]),
         ("--renderer", "raycaster", ["'raycaster'", "Did you mean raycast", "osmesa"]),
@@ -339,3 +345,31 @@ def test_objects_are_verified(cli) -> None:
     ended = cli("objects verify")
     assert ended.code == 0
     assert "3 of 3 objects are as the manifest says" in ended.out
+
+
+def test_units_are_printed(cli: Callable[[str], Any]) -> None:
+    """Rich takes brackets for markup; the heads of tables must keep theirs."""
+    listed = cli("objects list").out
+    assert "Mass [g]" in listed
+    assert "Size [mm]" in listed
+
+
+def test_output_that_is_not_unicode_and_too_many_workers_are_no_errors(
+    toy_catalog: Path, tmp_path: Path
+) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "grasp_bench.cli", "run", "--objects", str(toy_catalog), "--trials", "1"]
+        + ["--predictor", "centroid", "--workers", "99", "--out", "out"],
+        cwd=tmp_path,
+        capture_output=True,
+        env=os.environ | {"PYTHONIOENCODING": "ascii", "PYTHONPATH": str(Path(__file__).parents[2])},
+    )
+    assert done.returncode == 0, done.stderr
+    assert b"99 workers would only wait" in done.stdout
+    assert b"lifted" in done.stdout
+
+
+def test_a_folder_that_is_not_there_is_not_an_unknown_object(cli: Callable[[str], Any]) -> None:
+    ended = cli("run --objects ./my-objets")
+    assert ended.code == 2
+    assert "The folder ./my-objets of --objects does not exist" in ended.err

@@ -16,6 +16,7 @@ from grasp_bench.doctor.physics.creep import creep
 from grasp_bench.doctor.physics.falling import falling
 from grasp_bench.doctor.physics.incline import incline
 from grasp_bench.doctor.physics.jacobian import jacobian
+from grasp_bench.doctor.physics.margin import margin
 from grasp_bench.doctor.physics.penetration import penetration
 from grasp_bench.doctor.physics.reference import Watched, halved, loads, time_step, watch
 from grasp_bench.doctor.physics.rig import Rig, block, threshold
@@ -30,7 +31,7 @@ from grasp_bench.scenario.robots import with_gripper
 from grasp_bench.scenario.sections import Scenario
 
 
-@pytest.mark.parametrize("test", [slip, incline, torsion, falling, jacobian, penetration, tracking])
+@pytest.mark.parametrize("test", [slip, incline, torsion, margin, falling, jacobian, penetration, tracking])
 def test_physics_agrees_with_the_closed_form(test: Any, table4: Scenario) -> None:
     checks = test(table4)
     assert checks

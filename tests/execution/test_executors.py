@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterable, Iterator
 from contextlib import closing
 from pathlib import Path
@@ -78,6 +79,43 @@ def test_a_trial_whose_worker_was_killed_by_somebody_else_is_done_again(tmp_path
     ended = carried_out(["fine", f"killed-once:{tmp_path / 'mark'}", "fine"])
     assert all(isinstance(a, Answer) for a in ended.values())
     assert (tmp_path / "mark").exists()
+
+
+def test_a_trial_that_took_too_long_once_is_done_again(tmp_path: Path) -> None:
+    ended = carried_out(["fine", f"late-once:{tmp_path / 'mark'}", "fine"], timeout=3)
+    assert all(isinstance(a, Answer) for a in ended.values())
+    assert (tmp_path / "mark").exists()
+
+
+def test_a_clock_that_is_set_forward_makes_no_timeouts(monkeypatch: pytest.MonkeyPatch) -> None:
+    true, asked = time.time, iter(range(10**9))
+    monkeypatch.setattr(time, "time", lambda: true() + 1e4 * next(asked))
+    monkeypatch.setenv("FAKE_WORK_SECONDS", "0.5")
+    assert all(isinstance(a, Answer) for a in carried_out(["fine"] * 3, timeout=30).values())
+
+
+def test_a_time_limit_that_no_clock_holds_is_cut() -> None:
+    assert all(isinstance(a, Answer) for a in carried_out(["fine"], timeout=1e300).values())
+
+
+def test_a_process_that_leaves_with_status_0_died_and_a_recycled_one_did_not() -> None:
+    ended = carried_out(["fine", "exit-0", "fine", "fine"], recycle=2)
+    assert [type(ended[i]) for i in range(4)] == [Answer, Fault, Answer, Answer]
+    fault = ended[1]
+    assert isinstance(fault, Fault)
+    assert fault.detail == "the worker process died (exit code 0)"
+
+
+def test_workers_do_not_import_the_files_of_the_current_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("PYTHONSAFEPATH", raising=False)
+    for name in ("socket", "signal", "selectors", "tempfile", "numpy", "random"):
+        (tmp_path / f"{name}.py").write_text(f"open({str(tmp_path / 'PWNED')!r}, 'a').write('{name} ')\n")
+    assert all(isinstance(a, Answer) for a in carried_out(["fine"] * 2).values())
+    assert not (tmp_path / "PWNED").exists()
+    assert "PYTHONSAFEPATH" not in os.environ
 
 
 def test_workers_are_recycled_and_use_one_thread_each(monkeypatch: pytest.MonkeyPatch) -> None:

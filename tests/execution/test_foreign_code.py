@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -22,6 +23,7 @@ from grasp_bench.errors import PredictorError
 from grasp_bench.predictors import identity
 from grasp_bench.predictors.identity import identify
 from grasp_bench.predictors.protocol import ask
+from grasp_bench.report.ending import ending
 from grasp_bench.runs.folder import load_records, load_run
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.system.interrupts import Interrupted, told_apart
@@ -69,7 +71,7 @@ def test_numpys_errors_and_the_recursion_limit_are_put_back() -> None:
     assert (np.geterr(), sys.getrecursionlimit()) == before
 
 
-def replace_making(kind: type) -> Any:
+def replace_making(kind: Any) -> Any:
     """An instance without its ``__init__``."""
     return object.__new__(kind)
 
@@ -193,3 +195,58 @@ def test_the_check_ends_a_predictor_that_hangs(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(conformance, "LIMIT", 4.0)
     rows = conformance.check_named("foreign_predictors:HangsWhenMade")
     assert [f.text for f in rows[0].findings] == ["hangs (no answer within 4 s)"]
+
+
+# ---------------------------------------------------------------- what the user is told
+
+
+class Typo:
+    """A predictor with a slip in it."""
+
+    def predict(self, image: RgbdImage) -> list[gb.Grasp]:
+        return image.dept  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def test_tracebacks_are_kept_once_in_the_runs_folder(
+    toy_catalog: Path, scenario: Scenario, tmp_path: Path
+) -> None:
+    run = gb.run(toy_catalog, 3, Typo(), scenario, out=tmp_path / "out", progress=False)
+    log = (tmp_path / "out" / "errors.log").read_text()
+    assert log.count("Traceback (most recent call last)") == 1
+    assert "return image.dept" in log
+    assert log.count("as in trial 0") == 2
+    detail = run.records[1].detail
+    assert re.search(r"raised AttributeError: .*'dept' \(test_foreign_code\.py:\d+\)", detail)
+    told = "\n".join(ending(run))
+    assert "Outcomes: error 3." in told
+    assert "Most failures (3 of 3): error: the predictor raised AttributeError" in told
+    assert "errors.log" in told
+    assert "Nothing was lifted" in told
+
+
+def test_an_error_is_raised_as_it_is_where_that_is_asked_for(
+    toy_catalog: Path, scenario: Scenario, tmp_path: Path
+) -> None:
+    with pytest.raises(AttributeError, match="dept"):
+        gb.run(toy_catalog, 3, Typo(), scenario, out=tmp_path / "a", progress=False, on_error="raise")
+    assert load_records(tmp_path / "a") == []
+    name = "foreign_predictors:Ends"
+    with pytest.raises(PredictorError, match=r"Trial 0 \(.*KeyboardInterrupt"):
+        gb.run(
+            toy_catalog, 3, name, scenario, workers=1, out=tmp_path / "b", progress=False, on_error="raise"
+        )
+    with pytest.raises(gb.GraspBenchError, match="on_error"):
+        gb.run(toy_catalog, 3, Typo(), scenario, out=tmp_path / "c", on_error="explode")
+
+
+def test_the_last_lines_of_a_run_name_reason_and_remedy(
+    toy_catalog: Path, quick: Path, tmp_path: Path
+) -> None:
+    words = (
+        f"run --objects {toy_catalog} --trials 3 --scenario {quick} --workers 1 --out out[x] --max-errors 9"
+    )
+    code, out, err = command(tmp_path, *words.split(), "--predictor", "foreign_predictors:Ends")
+    assert code == 0, err
+    assert "Outcomes: error 3." in out
+    assert "out[x]/errors.log" in out
+    assert "grasp-bench predictors check foreign_predictors:Ends" in out

@@ -316,7 +316,7 @@ def test_samples_are_drawn(tmp_path: Path) -> None:
     assert sample_sheet(root, 2, tmp_path / "sheet.png") == ["0_obj0abc", "1_obj2abc"]
     sheet = cv2.imread(str(tmp_path / "sheet.png"))
     assert sheet is not None
-    assert sheet.shape == (299, 8 * 299, 3)
+    assert sheet.shape == (299, 10 * 299, 3)
 
 
 # --- the real thing -----------------------------------------------------------------------
@@ -351,8 +351,11 @@ def test_real_jacquard_samples() -> None:
 
 def test_nan_rectangles_alone(tmp_path: Path) -> None:
     root = write_cornell(tmp_path, GRASPS[:1])
+    entry = open_collection(root).entries[0]
     (root / "01" / "pcd0100cpos.txt").write_text("NaN NaN\n" * 4 + cornell_lines([]))
-    sample = open_collection(root).load(open_collection(root).entries[0])
+    with pytest.raises(AssetError, match=r"1 images left out that have no usable label: 01/pcd0100cpos\.txt"):
+        open_collection(root)
+    sample = Cornell.open(root).load(entry)
     assert sample.rectangles.shape == (0, 4, 2)
     assert sample.dropped == 1
     assert scene_from_sample(sample, 320, 224).grasps.shape == (0, 5)

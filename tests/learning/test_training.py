@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,25 +13,29 @@ import cv2
 import numpy as np
 import pytest
 import torch
+from filelock import FileLock
 from torch.nn import functional
 from torch.utils._python_dispatch import TorchDispatchMode
 from typer import Typer
 from typer.testing import CliRunner
 
+from grasp_bench.camera import Intrinsics, RgbdImage
 from grasp_bench.cli.train import train_command
 from grasp_bench.errors import AssetError, GraspBenchError
 from grasp_bench.grasps import Grasp, GraspMaps, angle_difference
-from grasp_bench.learning.data.scenes import Scene, load_scene, load_scenes
+from grasp_bench.learning.data.scenes import Scene, load_scene, load_scenes, unpacked
+from grasp_bench.learning.evaluation.evaluate import Question, evaluate
 from grasp_bench.learning.training.augment import View, crop_scene, jitter_colour, jitter_depth, random_view
-from grasp_bench.learning.training.batches import make_batch, scenes_of_step
+from grasp_bench.learning.training.batches import ROWS, make_batch, make_sample, scenes_of_step
 from grasp_bench.learning.training.config import TrainConfig
-from grasp_bench.learning.training.loop import CHECKPOINT, _read, train
+from grasp_bench.learning.training.loop import CHECKPOINT, _begin, _read, train
 from grasp_bench.learning.training.loss import grasp_loss
 from grasp_bench.learning.training.step import Learner, choose_device
 from grasp_bench.learning.training.validate import is_hit, validate
 from grasp_bench.networks.encoding import WIDTH_SCALE, targets_from_maps
 from grasp_bench.networks.registry import build, info
-from grasp_bench.networks.weights import load
+from grasp_bench.networks.weights import load, save
+from grasp_bench.predictors.names import load_predictor
 
 SIZE, CROP = 320, 224
 
@@ -83,6 +89,27 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         )
     (folder / "index.jsonl").write_text("\n".join(lines) + "\n")
     return folder
+
+
+def test_rows_follow_the_picture_and_tell_of_failures() -> None:
+    grasp, failed = Grasp(175.0, 150.0, 0.4, 48.0), Grasp(150.0, 160.0, -1.0, 40.0)
+    row = [grasp.x, grasp.y, grasp.angle, grasp.width, 1, 1]
+    wrong = [failed.x, failed.y, failed.angle, failed.width, 0.9, 0]
+    scene = replace(draw_scene([grasp]), tried=np.array([row, wrong], np.float32))
+    tables = {kind: make_sample(scene, "rgd", CROP, None, kind)[1] for kind in ("rectangles", "tries")}
+    seen = View().grasp(grasp, SIZE, CROP)
+    for table in tables.values():
+        assert table.shape == (ROWS, 6)
+        np.testing.assert_allclose(table[0], [seen.x, seen.y, 0.4, 48, 24, 1], rtol=1e-5)
+    assert tables["rectangles"][1:, 5].max() == -1
+    assert tables["tries"][1, 5] == 0
+    assert tables["tries"][2:, 5].max() == -1
+
+
+def test_a_share_of_the_scenes_keeps_its_labels() -> None:
+    scenes = [draw_scene([Grasp(160.0, 160.0, 0.0, 40.0)], str(k)) for k in range(60)]
+    tables = [make_sample(scene, "rgb", CROP, None, "rectangles", 0.3)[1] for scene in scenes]
+    assert 8 < sum((table[:, 5] > 0).any() for table in tables) < 30
 
 
 # --- augmentation -------------------------------------------------------------------------
@@ -383,7 +410,7 @@ class Killed(Exception):  # noqa: N818
     """Stands for kill −9: nothing after it runs."""
 
 
-@pytest.mark.parametrize("network", ["gg-cnn", "gr-convnet-16"])
+@pytest.mark.parametrize("network", ["gg-cnn", "gr-convnet-16", "redmon-multigrasp"])
 def test_resumed_run_equals_unbroken_run(network: str, folder: Path, tmp_path: Path) -> None:
     scenes = load_scenes([folder])
     config = TrainConfig(**{**FAST, "network": network}, steps=6, batch=1, ema=0.9, checkpoint_every=3)
@@ -500,6 +527,36 @@ def test_command_trains_and_writes_weights(folder: Path, tmp_path: Path) -> None
     assert (tmp_path / "gg-cnn.safetensors").is_file()
 
 
+def test_a_detector_is_trained_evaluated_and_asked(folder: Path, tmp_path: Path) -> None:
+    config = TrainConfig(**{**FAST, "network": "redmon-multigrasp"}, steps=2, batch=2)
+    trained = train(config, load_scenes([folder]), tmp_path)
+    assert trained.accuracy.labelled == 2
+    path = tmp_path / "redmon-multigrasp.safetensors"
+    save(trained.network, path, {"network": "redmon-multigrasp", "input": "rgd 224"})
+    for name in (f"redmon-multigrasp@{path}", "redmon-multigrasp"):
+        done = evaluate(Question(name, "synthetic", folder, weights=path if "@" not in name else None))
+        assert done.images == 2
+    predictor = load_predictor(f"redmon-multigrasp@{path}")
+    scene = load_scene(folder / "scenes/000000.npz")
+    image = RgbdImage(scene.rgb, unpacked(scene.depth), Intrinsics.from_fov(SIZE, SIZE, 1.0))
+    for grasp in predictor.predict(image):
+        assert 48 <= grasp.x <= 272, "within the crop"
+    with pytest.raises(GraspBenchError, match="gives grasps and no maps"):
+        predictor.maps(image)  # type: ignore[attr-defined]
+
+
+def test_a_detector_begins_with_a_trunk(folder: Path, tmp_path: Path) -> None:
+    trunk = build("trunk-resnet50", "rgb")
+    path = tmp_path / "trunk.safetensors"
+    save(trunk, path, {"network": "trunk-resnet50", "input": "rgb 224"})
+    network = _begin("kumra-resnet50", "rgb", path)
+    wanted = trunk.state_dict()["trunk.stages.1.0.body.0.weight"].half().float()
+    found = network.state_dict()["trunks.0.stages.1.0.body.0.weight"]
+    assert (found - wanted).abs().max() <= wanted.abs().max() / 100, "but for rounding in the file"
+    with pytest.raises(AssetError, match="of which nothing fits gg-cnn"):
+        _begin("gg-cnn", "depth", path)
+
+
 def test_export_installs_weights_card_and_hash(folder: Path, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setattr("grasp_bench.networks.store.assets_dir", lambda: tmp_path / "assets")
     train_command([folder], tmp_path / "run", network="gg-cnn", steps=1, batch=1, threads=1, export=True)
@@ -528,3 +585,25 @@ def test_learning_rate() -> None:
     assert config.learning_rate(10) == 1.0
     assert config.learning_rate(60) == pytest.approx(0.5)
     assert config.model_copy(update={"cosine": False}).learning_rate(100) == 1.0
+
+
+# ---------------------------------------------------------------- folders that cannot be written
+
+
+def test_two_trainings_into_one_folder_are_refused(folder: Path, tmp_path: Path) -> None:
+    with FileLock(tmp_path / ".lock"), pytest.raises(GraspBenchError, match="Another training is writing to"):
+        train(TrainConfig(network="gg-cnn", steps=1, batch=2), load_scenes([folder]), tmp_path)
+
+
+def test_a_full_disk_is_one_clear_error(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(path: Path, content: bytes) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device", str(path))
+
+    monkeypatch.setattr("grasp_bench.learning.training.checkpoint.write_whole", full)
+    with pytest.raises(GraspBenchError, match=r"cannot be written \(No space left on device\)"):
+        train(TrainConfig(network="gg-cnn", steps=1, batch=2), load_scenes([folder]), tmp_path / "x")
+    (tmp_path / "file").touch()
+    with pytest.raises(GraspBenchError, match="cannot be written"):
+        train(TrainConfig(network="gg-cnn", steps=1, batch=2), load_scenes([folder]), tmp_path / "file" / "x")

@@ -63,8 +63,9 @@ def test_records_are_the_same_with_and_without_media(
     for predictor in ("oracle", "displaced"):
         for mode in MODES:
             run = tmp_path / f"{predictor}-{mode}"
-            worker.load(Settings(scenario, toy_catalog, predictor, 0, "raycast", media=mode, folder=run))
-            answer = worker.do(Job(4, "block", 1))
+            settings = Settings(scenario, toy_catalog, predictor, 0, "raycast", media=mode, folder=run)
+            worker.load((predictor,))
+            (answer,) = worker.do(settings, Job(4, "block", 1))
             record = answer.record
             lines[predictor, mode] = record.line()
             assert ("media" in answer.timings.seconds) == (mode != "none")

@@ -8,9 +8,17 @@ from torch import nn
 
 from grasp_bench.networks.folding import folded
 from grasp_bench.networks.htc_grasp import Fuse, Upsample
+from grasp_bench.networks.redmon import Redmon
 from grasp_bench.networks.registry import NETWORKS, build, info
+from grasp_bench.networks.resnet import Trunk
 
 torch.set_num_threads(1)
+
+DENSE = [
+    n
+    for n, network in NETWORKS.items()
+    if network.group in ("HTC-Grasp", "rivals") and network.targets == "maps"
+]
 
 
 def trained(network: nn.Module) -> nn.Module:
@@ -34,7 +42,7 @@ def norms(network: nn.Module) -> int:
     return sum(isinstance(module, nn.BatchNorm2d) for module in network.modules())
 
 
-@pytest.mark.parametrize("name", NETWORKS)
+@pytest.mark.parametrize("name", DENSE)
 def test_a_folded_network_is_the_same_function(name: str) -> None:
     network = trained(build(name))
     before = {key: value.clone() for key, value in network.state_dict().items()}
@@ -70,6 +78,29 @@ def test_a_norm_after_a_sum_goes_into_all_that_is_summed() -> None:
     fuse = trained(Fuse((3, 5), 6))
     maps = [torch.randn(1, 3, 8, 8), torch.randn(1, 5, 4, 4)]
     torch.testing.assert_close(folded(fuse)(maps), fuse(maps), rtol=1e-5, atol=1e-5)
+
+
+def test_norms_without_weights_of_a_detector_go_too() -> None:
+    network = Redmon(side=64)
+    for module in network.modules():
+        if isinstance(module, nn.BatchNorm2d):
+            assert module.running_mean is not None
+            assert module.running_var is not None
+            module.running_mean.uniform_(-0.2, 0.2)
+            module.running_var.uniform_(0.5, 2.0)
+    network.eval()
+    cheap = folded(network)
+    assert norms(cheap) == 0
+    x = torch.randn(2, 3, 64, 64)
+    torch.testing.assert_close(cheap(x), network(x), rtol=1e-4, atol=1e-3)
+
+
+def test_a_trunk_is_folded_whole() -> None:
+    trunk = trained(Trunk(3, (1, 1, 1), width=8))
+    cheap = folded(trunk)
+    assert norms(cheap) == 0
+    x = torch.randn(1, 3, 64, 64)
+    torch.testing.assert_close(cheap(x)[-1], trunk(x)[-1], rtol=1e-4, atol=1e-4)
 
 
 def test_a_norm_after_something_else_stays() -> None:

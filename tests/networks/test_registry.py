@@ -48,7 +48,11 @@ def test_no_name_is_registered_twice() -> None:
     ("table", "row", "names"),
     [
         (1, "GR-CNN", ["gr-convnet"]),
-        (1, "GraspNet", []),
+        (1, "GraspNet", ["asif-graspnet"]),
+        (1, "AlexNet", ["redmon-multigrasp"]),
+        (4, "TF-Grasp", ["tf-grasp", "tf-grasp-release"]),
+        (4, "SAE", ["lenz-sae"]),
+        (4, "ResNet-50", ["chu-resnet50"]),
         (2, "GG-CNN2", ["gg-cnn2"]),
         (3, "EA", ["htc-grasp-no-ca"]),
         (3, "CA", ["htc-grasp-no-ea"]),

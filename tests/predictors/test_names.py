@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import sys
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from grasp_bench.errors import UnknownNameError
-from grasp_bench.predictors import names
-from grasp_bench.predictors.names import Command, PythonPath, Server, parse
+from grasp_bench.errors import AssetError, PredictorError, UnknownNameError
+from grasp_bench.networks.store import shipped_file
+from grasp_bench.predictors import load_predictor, names
+from grasp_bench.predictors.identity import identify
+from grasp_bench.predictors.names import Command, PythonPath, Server, parse, with_weights
 from grasp_bench.predictors.shipped import SHIPPED, Shipped
 from grasp_bench.predictors.use import in_use
 
@@ -18,6 +22,7 @@ from grasp_bench.predictors.use import in_use
     ("name", "kind"),
     [
         ("gg-cnn", "network"),
+        ("gg-cnn@my/gg-cnn.safetensors", "network"),
         ("oracle", "control"),
         ("mine:Mine", "own"),
         ("__main__:Outer.Mine", "own"),
@@ -44,6 +49,23 @@ def test_other_weights_of_a_network_are_a_predictor_of_their_own() -> None:
         "htc-grasp-1000.safetensors",
         "htc-grasp.safetensors",
     ]
+
+
+def test_a_network_with_weights_in_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "mine.safetensors"
+    name = with_weights("gg-cnn", path)
+    with pytest.raises(AssetError, match=r"mine\.safetensors are missing; train them"):
+        parse(name).load()
+    path.write_bytes(shipped_file("gg-cnn").path.read_bytes())
+    assert parse(name).facts(None) == {"files": {"mine.safetensors": sha256(path.read_bytes()).hexdigest()}}
+    assert parse(name).load().name == "gg-cnn"  # type: ignore[attr-defined]
+    path.write_bytes(shipped_file("tf-grasp-release").path.read_bytes())
+    with pytest.raises(AssetError, match="holds weights of network 'tf-grasp', not 'gg-cnn'"):
+        parse(name).load()
+    with pytest.raises(AssetError, match="weights of earlier versions are for 'tf-grasp-release' now"):
+        parse(with_weights("tf-grasp", path)).load()
+    with pytest.raises(PredictorError, match="--weights is for networks; oracle is none"):
+        with_weights("oracle", path)
 
 
 def test_a_predictor_is_identified_without_being_made(tmp_path: Path) -> None:
@@ -100,3 +122,79 @@ def test_a_network_whose_weights_are_missing_has_nulls_to_tell(
     told = shipped.details()
     assert told["weights"]["sha256"] == sha256(b"torn").hexdigest()
     assert told["steps"] is None
+
+
+# ---------------------------------------------------------------- one's own: arguments, files, weights
+
+OWN = """
+import beside
+class Mine:
+    def __init__(self, size=1, *, name="a"): self.told = size, name
+    def predict(self, image): return []
+made = Mine()
+"""
+
+
+@pytest.fixture
+def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "far").mkdir()
+    (tmp_path / "far" / "own_one.py").write_text(OWN)
+    (tmp_path / "far" / "beside.py").touch()
+    monkeypatch.setattr("sys.path", [*sys.path])
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", (1, "a")),
+        ("()", (1, "a")),
+        ("(224)", (224, "a")),
+        ("(size=[1, 2], name='x:y(')", ([1, 2], "x:y(")),
+    ],
+)
+def test_a_file_of_ones_own_and_its_arguments(text: str, told: tuple[Any, ...], own: Path) -> None:
+    name = f"./far/own_one.py:Mine{text}"
+    with in_use(name) as made:
+        assert made.told == told  # pyright: ignore[reportAttributeAccessIssue]
+    facts = identify(name)
+    assert facts is not None
+    assert set(facts["files"]) == {"own_one.py", "beside.py"}
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("./far/own_one.py:Mine(__import__('os'))", "must be literals"),
+        ("./far/own_one.py:Mine(size=", "must be literals"),
+        ("./far/own_one.py:Mine(**{'size': 1})", "must be literals"),
+        ("./far/own_one.py:Mine(1)(2)", "must be literals"),
+        ("./far/own_one.py:Mine(length=1)", "could not be made: TypeError"),
+        ("./far/own_one.py:made(1)", "takes no arguments"),
+        ("./far/none.py:Mine", "There is no file"),
+        ("own_two:Mine", r"was not found: neither in .* nor on Python's path"),
+    ],
+)
+def test_what_is_no_predictor_of_ones_own_is_said(name: str, words: str, own: Path) -> None:
+    with pytest.raises(PredictorError, match=words):
+        load_predictor(name)
+
+
+def test_weights_of_ones_own_run_by_their_file(tmp_path: Path) -> None:
+    shipped = SHIPPED["gg-cnn"].weights
+    assert shipped is not None
+    mine = tmp_path / "mine.safetensors"
+    mine.write_bytes(shipped.path.read_bytes())
+    named = parse(str(mine))
+    assert named.kind == "network"
+    assert named.weights is not None
+    assert named.weights.digest == shipped.digest
+    with in_use(str(mine)) as predictor:
+        assert predictor.name == "gg-cnn"  # pyright: ignore[reportAttributeAccessIssue]
+    facts = identify(str(mine))
+    assert facts is not None
+    assert facts["files"] == {"mine.safetensors": shipped.digest}
+    mine.write_bytes(b"torn")
+    with pytest.raises(AssetError, match="truncated or not a safetensors file"):
+        load_predictor(str(mine))

@@ -114,7 +114,7 @@ def test_another_predictor_of_the_same_name_is_a_cause(
     copy = changed(
         predictor="fake_predictors:ByColour", implementation={"files": {"fake_predictors.py": "ab"}}
     )
-    found = rebuild(copy, 3, toy_catalog)
+    found = rebuild(copy, 3, toy_catalog, trust=True)
     assert any("the predictor's files" in cause and "fake_predictors.py" in cause for cause in found.causes)
 
 

@@ -34,13 +34,13 @@ def compared(folder: Path, lost: int, gained: int, trials: int = 180, **options:
         (0, 20, {}, Verdict.NO_REGRESSION),
         (1, 0, {}, Verdict.NO_REGRESSION),
         (3, 0, {}, Verdict.INCONCLUSIVE),
-        (4, 0, {}, Verdict.INCONCLUSIVE),
+        (4, 0, {}, Verdict.UNDERPOWERED),
         (5, 0, {}, Verdict.REGRESSION),
-        (5, 1, {}, Verdict.INCONCLUSIVE),
+        (5, 1, {}, Verdict.UNDERPOWERED),
         (20, 5, {}, Verdict.REGRESSION),
-        (15, 15, {}, Verdict.INCONCLUSIVE),
+        (15, 15, {}, Verdict.UNDERPOWERED),
         (5, 0, {"margin": 0.15}, Verdict.NO_REGRESSION),
-        (5, 0, {"alpha": 0.01}, Verdict.INCONCLUSIVE),
+        (5, 0, {"alpha": 0.01}, Verdict.UNDERPOWERED),
         (100, 0, {}, Verdict.REGRESSION),
         (0, 0, {"exact": True}, Verdict.IDENTICAL),
         (0, 1, {"exact": True}, Verdict.DIFFERENT),
@@ -66,9 +66,12 @@ def test_a_drop_that_is_proven_but_small_passes_with_a_word(tmp_path: Path) -> N
 
 def test_few_trials_say_what_they_cannot_see(tmp_path: Path) -> None:
     checked = compared(tmp_path, 0, 0, trials=24)
-    assert checked.verdict is Verdict.INCONCLUSIVE
+    assert checked.verdict is Verdict.UNDERPOWERED
     assert "one of up to 10.1% is not excluded" in meaning(checked)
-    assert f"About {checked.needed} trials would" in meaning(checked)
+    assert f"About {checked.enough} trials would" in meaning(checked)
+    assert checked.enough is not None
+    enough = compared(tmp_path / "more", 0, 0, trials=checked.enough)
+    assert enough.verdict is Verdict.NO_REGRESSION, "as many as it says"
     assert "no drop is proven in 80 of 100 cases" in as_text(checked)
     assert "one of 3.0% in 0" in as_text(checked)
 
@@ -259,8 +262,15 @@ def test_the_command_ends_with_0_1_and_2(tmp_path: Path) -> None:
     assert Xml.parse(junit).getroot().tag == "testsuites"
 
 
-def test_inconclusive_passes_unless_strict(tmp_path: Path) -> None:
+def test_too_few_trials_have_an_exit_code_of_their_own(tmp_path: Path) -> None:
     old, new = write_run(tmp_path / "old", 24), write_run(tmp_path / "new", 24)
+    for more in ([], ["--strict"]):
+        done = command("check", new, "--baseline", old, "--json", *more)
+        assert (done.returncode, json.loads(done.stdout)["verdict"]) == (3, "underpowered")
+
+
+def test_inconclusive_passes_unless_strict(tmp_path: Path) -> None:
+    old, new = (write_run(tmp_path / n, 180, lambda t, n=n: t > 2 or n == "old") for n in ("old", "new"))
     asked = ["check", new, "--baseline", old]
     assert command(*asked).returncode == 0
     done = command(*asked, "--strict", "--json")

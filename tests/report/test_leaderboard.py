@@ -53,7 +53,8 @@ def row(tmp_path: Path) -> Path:
     catalog = Catalog()
     run = {
         "format": 1,
-        "predictor": "my_module:Mine",
+        "predictor": "cmd: grasp-bench serve my_module:Mine --port {port}",
+        "apart": True,
         "seed": 0,
         "trials": len(catalog.names),
         "scenario": load_scenario("table4").model_dump(mode="json"),
@@ -90,9 +91,28 @@ def fault(folder: Path) -> str:
 
 
 def test_a_sound_run_is_a_row(row: Path) -> None:
-    assert [c.fault for c in check(row)] == [""] * 6
+    assert [c.fault for c in check(row)] == [""] * 7
     made = load_row(row)
     assert (made.about.name, made.control, made.lifted, made.faults) == ("Mine", False, Rate(150, 180), 0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "sound"),
+    [
+        ({"predictor": "my_module:Mine", "apart": False}, False),
+        ({"predictor": "my_module:Mine", "apart": True}, False),
+        ({"predictor": "cmd: serve {port}", "apart": None}, False),
+        ({"predictor": "no-such-predictor"}, False),
+        ({"predictor": "http://127.0.0.1:8000"}, True),
+        ({"predictor": "oracle", "apart": None}, True),
+    ],
+)
+def test_a_row_comes_from_a_process_of_its_own(changes: dict[str, Any], sound: bool, row: Path) -> None:
+    edit_run(row, lambda run: run.update(changes))
+    if sound:
+        assert all(c.passed for c in check(row))
+    else:
+        assert "can read the truth from its caller's frame" in fault(row)
 
 
 @pytest.mark.parametrize(

@@ -61,7 +61,7 @@ def report(told: Report) -> dict[str, Any]:
 
 
 def test_the_report_is_runs_and_a_table_as_plain_json(report: dict[str, Any]) -> None:
-    assert set(report) == {"groups", "merit", "note", "runs", "table4"}
+    assert set(report) == {"firmer", "groups", "merit", "note", "runs", "table4"}
     assert json.loads(json.dumps(report, allow_nan=False)) == report
 
 
@@ -141,7 +141,7 @@ def test_markdown_holds_rates_intervals_and_the_note(told: Report) -> None:
 def test_markdown_tables_have_as_many_cells_in_every_row(told: Report) -> None:
     rows = [line for line in markdown(told.tables()).splitlines() if line.startswith("|")]
     widths = {line.count("|") for line in rows}
-    assert widths == {8, 4}
+    assert widths == {8, 10, 4}
 
 
 def test_bars_in_names_do_not_break_markdown_tables(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from made_up_runs import write_run
 
 from grasp_bench.report.tables import markdown
 from grasp_bench.report.trust import Trust, calibration, trust_table
+from grasp_bench.runs.folder import load_timings
 from grasp_bench.runs.results import RunResults
 
 RNG = np.random.default_rng(7)
@@ -68,11 +69,11 @@ def test_of_a_run(tmp_path: Path) -> None:
     folder = write_run(tmp_path / "run", 9, lambda trial: trial % 2 == 0, change=grasped)
     lines = [{"trial": t, "predict": 0.5, "plan": 0.25, "execute": 60.0} for t in range(9)]
     (folder / "timings.jsonl").write_text("".join(json.dumps(t) + "\n" for t in lines))
-    found = Trust.of(RunResults(folder))
+    found = Trust.of(RunResults(folder), load_timings(folder))
     assert (found.without, found.picks.lifted) == (1, 5)
     assert found.picks.motion == pytest.approx(8 * 1000 * 0.002)
     assert found.picks.computing == pytest.approx(9 * 0.75), "what simulates costs a robot nothing"
     assert found.picks.an_hour == pytest.approx(3600 * 5 / (16 + 6.75))
     assert json.loads(json.dumps(found.to_json(), allow_nan=False))["no_grasp_carried_out"] == 1
-    table = markdown([trust_table([found])])
-    assert "| oracle | 0.35 | 4/8 |" in table
+    table = markdown([trust_table([("mine", found)])])
+    assert "| mine | 0.35 | 4/8 |" in table

@@ -6,6 +6,7 @@ import json
 import math
 import re
 import shutil
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from typer.testing import CliRunner
 from grasp_bench.cli import app
 from grasp_bench.errors import AssetError, GraspBenchError, ResultsError
 from grasp_bench.grasps import angle_difference
-from grasp_bench.learning.data.export import FINGER, export_jacquard, heights
+from grasp_bench.learning.data.export import export_jacquard, heights
 from grasp_bench.learning.data.generate import generate
 from grasp_bench.learning.data.opening import open_collection
 from grasp_bench.learning.data.scenes import load_scenes
@@ -28,8 +29,10 @@ from grasp_bench.predictors import load_predictor
 from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.report.accuracy import accuracy_table
 from grasp_bench.report.run import Run
+from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.runs.evaluation import Evaluation
 from grasp_bench.runs.statistics import mcnemar, trials_to_distinguish
+from grasp_bench.studies import bench_table
 from grasp_bench.studies.bench_table import UNABLATED, bench, compare, read_evaluations, tables, trained_on
 
 REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
@@ -209,22 +212,26 @@ def test_bad_folders(tmp_path: Path) -> None:
 
 
 def test_bench_runs_what_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = []
-    monkeypatch.setattr("grasp_bench.api.run", lambda **settings: asked.append(settings))
-    left_out = bench(tmp_path, ["oracle", "mine:Own"], trials=7, seed=3)
-    assert [a["predictor"] for a in asked] == ["oracle", "mine:Own"]
-    assert [a["out"] for a in asked] == [tmp_path / "oracle", tmp_path / "mine-Own"]
-    assert {(a["trials"], a["seed"], a["scenario"]) for a in asked} == {(7, 3, "table4")}
-    asked.clear()
+    alone, together = [], []
+    monkeypatch.setattr("grasp_bench.api.run", lambda **settings: alone.append(settings))
+    monkeypatch.setattr(bench_table, "run_together", lambda *asked: together.append(asked))
+    monkeypatch.setattr(bench_table, "early_crew", lambda *_: nullcontext())
+    left_out = bench(tmp_path, ["oracle", "mine:Own", "gg-cnn"], trials=7, seed=3)
+    assert [(a["predictor"], a["out"]) for a in alone] == [("mine:Own", tmp_path / "mine-Own")]
+    assert {(a["trials"], a["seed"], a["scenario"]) for a in alone} == {(7, 3, "table4")}
+    ((settings, folders, jobs, *_),) = together
+    assert folders == {"oracle": tmp_path / "oracle", "gg-cnn": tmp_path / "gg-cnn"}
+    assert (settings.seed, settings.scenario.name, len(jobs)) == (3, "table4", 7)
+    together.clear()
     bench(tmp_path)
-    assert {a["predictor"] for a in asked} == {n for n, e in SHIPPED.items() if e.available}
+    assert set(together[0][1]) == {n for n, e in SHIPPED.items() if e.available}
     assert set(left_out) == {n for n, e in SHIPPED.items() if not e.available}
 
 
 def test_a_network_without_weights_says_how_to_get_them(monkeypatch, tmp_path: Path) -> None:
     (tmp_path / "weights").mkdir()
     monkeypatch.setattr("grasp_bench.networks.store.assets_dir", lambda: tmp_path)
-    with pytest.raises(AssetError, match="train --predictor gg-cnn --export"):
+    with pytest.raises(AssetError, match="train --predictor gg-cnn --data DIR --out DIR --export"):
         load_predictor("gg-cnn")
 
 
@@ -272,7 +279,7 @@ def test_exported_scenes_read_back_as_jacquard(tmp_path: Path) -> None:
             original = truth[round(grasp.x), round(grasp.y), round(grasp.width)]
             assert angle_difference(grasp.angle, original.angle) < 1e-4
             jaw = np.hypot(*(rectangle[2] - rectangle[1]))
-            assert jaw == pytest.approx(2 * FINGER * focal / np.median(true), rel=0.35)
+            assert jaw == pytest.approx(2 * PARALLEL_85.finger_width * focal / np.median(true), rel=0.35)
     marks = {p: p.stat().st_mtime_ns for p in (tmp_path / "out").rglob("*")}
     assert export_jacquard(tmp_path / "synth", tmp_path / "out", size=640)[0] == written
     assert marks == {p: p.stat().st_mtime_ns for p in (tmp_path / "out").rglob("*")}, "scenes are kept"

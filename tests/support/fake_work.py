@@ -22,20 +22,22 @@ from grasp_bench.runs.record import Timings, TrialRecord
 from grasp_bench.system.spawning import die_with_parent
 
 
-def begin(settings: Settings) -> None:
+def begin(predictors: tuple[str, ...], early: bool) -> None:
     die_with_parent()
-    if settings.predictor == "unstartable":
-        worker._worker["broken"] = "RuntimeError: no weights here"
+    if "unstartable" in predictors:
+        worker._broken["unstartable"] = "RuntimeError: no weights here"
 
 
-def do(job: Job) -> Answer:
-    if "broken" in worker._worker:
-        raise worker.NotStarted(worker._worker["broken"])
+def do(settings: Settings, job: Job) -> tuple[Answer, ...]:
+    if worker._broken:
+        raise worker.NotStarted(*worker._broken.values())
     what, _, argument = job.object.partition(":")
     if what == "segfault":
         ctypes.string_at(0)
     elif what == "exit":
         os._exit(7)
+    elif what == "exit-0":
+        os._exit(0)
     elif what == "abort":
         os.abort()
     elif what == "loop":
@@ -58,11 +60,16 @@ def do(job: Job) -> Answer:
         if not mark.exists():
             mark.write_text("")
             os.kill(os.getpid(), signal.SIGKILL)
+    elif what == "late-once":  # on a machine that was busy, the first time
+        mark = Path(argument)
+        if not mark.exists():
+            mark.write_text("")
+            time.sleep(600)
     elif what == "wait":
         Path(argument).write_text(str(os.getpid()))
         time.sleep(600)
     time.sleep(float(os.environ.get("FAKE_WORK_SECONDS", "0")))
-    return Answer(
+    answer = Answer(
         job,
         TrialRecord.read(
             {
@@ -76,6 +83,7 @@ def do(job: Job) -> Answer:
         ),
         Timings(trial=job.trial),
     )
+    return (answer,)
 
 
 class FakePool(WorkerPool):

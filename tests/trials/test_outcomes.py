@@ -44,6 +44,17 @@ class Raises:
         raise ZeroDivisionError("by nought")
 
 
+class Seen(Oracle):
+    """The reference grasps as a predictor would propose them: planned through the picture, not tried out."""
+
+    foresight = False
+
+    def predict_from_truth(self, image: RgbdImage, truth: GroundTruth) -> list[Grasp]:
+        return [
+            Grasp(g.x, g.y, g.angle, g.width, g.quality) for g in super().predict_from_truth(image, truth)
+        ]
+
+
 class At(PrivilegedPredictor):
     """Grasps at a place of the object, given in its own frame [m]."""
 
@@ -87,7 +98,7 @@ def lying(models: dict[str, ObjectModel]) -> ObjectModel:
 
 
 def test_success_lifts_carries_and_holds(scenario: Scenario, lying: ObjectModel) -> None:
-    trial = attempt(scenario, lying, Oracle())
+    trial = attempt(scenario, lying, Seen())
     record = trial.record
     assert (record.outcome, record.success, record.detail) == (Outcome.SUCCESS, True, "")
     assert record.lift_height == pytest.approx(scenario.motion.lift_height, abs=0.003)
@@ -118,7 +129,7 @@ def test_ik_failed_when_the_object_lies_beyond_the_arm(scenario: Scenario, lying
         table={"center": (1.3, 0.0)},
         camera={"position": (1.3, 0.0, 0.55), "target": (1.3, 0.0, 0.0)},
     )
-    record = attempt(far, lying, Oracle()).record
+    record = attempt(far, lying, Seen()).record
     assert record.outcome is Outcome.IK_FAILED
     assert "no joint angles" in record.detail
     assert record.grasp is not None
@@ -151,7 +162,7 @@ def tower(tmp_path_factory: pytest.TempPathFactory) -> ObjectModel:
 
 
 def test_a_tower_that_the_hand_would_meet_is_seen(scenario: Scenario, tower: ObjectModel) -> None:
-    trial = attempt(scenario, tower, Oracle())
+    trial = attempt(scenario, tower, Seen())
     assert trial.record.outcome is Outcome.BLOCKED
     assert (trial.record.widening_mm, trial.record.shortfall_mm) == (None, None)
     assert "above its top, as something is under the hand; the arm did not move" in trial.record.detail
@@ -162,7 +173,7 @@ def test_a_tower_that_the_hand_would_meet_is_seen(scenario: Scenario, tower: Obj
 def test_approach_collision_where_the_camera_is_not_where_it_is_thought(
     scenario: Scenario, lying: ObjectModel
 ) -> None:
-    trial = attempt(changed(scenario, calibration={"position_mm": 25.0}), lying, Oracle())
+    trial = attempt(changed(scenario, calibration={"position_mm": 25.0}), lying, Seen())
     assert trial.record.outcome is Outcome.APPROACH_COLLISION
     assert trial.record.detail.startswith("the gripper met the object with ")
     assert trial.plan is not None  # it was planned, and physics stopped it
@@ -179,7 +190,7 @@ def test_missed_when_the_jaws_squeeze_a_slippery_corner(scenario: Scenario, lyin
 
 def test_slipped_when_friction_cannot_carry_the_weight(scenario: Scenario, lying: ObjectModel) -> None:
     # 2 · 60 N · 0.7 · 0.004 = 0.34 N of friction against a weight of 0.78 N.
-    record = attempt(changed(scenario, gripper={"friction_scale": 0.004}), lying, Oracle()).record
+    record = attempt(changed(scenario, gripper={"friction_scale": 0.004}), lying, Seen()).record
     assert record.outcome is Outcome.SLIPPED
     assert record.lift_height < 0.01
 
@@ -191,17 +202,17 @@ def test_dropped_when_friction_carries_the_weight_but_no_rush(scenario: Scenario
         gripper={"friction_scale": 0.034, "force": 20.0},
         motion={"carry_to": (0.5, 0.0, 0.25), "carry_speed": 3.0, "speed_fraction": 1.0},
     )
-    record = attempt(hasty, lying, Oracle()).record
+    record = attempt(hasty, lying, Seen()).record
     assert record.outcome is Outcome.DROPPED
     assert record.lift_height == pytest.approx(0.2, abs=0.003)  # the lift went well
     assert record.contact_force == 0
     gentle = changed(hasty, motion={"carry_speed": 0.2})
-    assert attempt(gentle, lying, Oracle()).record.outcome is Outcome.SUCCESS
+    assert attempt(gentle, lying, Seen()).record.outcome is Outcome.SUCCESS
 
 
 def test_dropped_when_it_is_put_down_instead_of_held(scenario: Scenario, lying: ObjectModel) -> None:
     low = changed(scenario, motion={"carry_to": (0.4, 0.25, -0.2)})
-    record = attempt(low, lying, Oracle()).record
+    record = attempt(low, lying, Seen()).record
     assert record.outcome is Outcome.DROPPED
     assert "0 mm above its place" in record.detail
 
@@ -210,14 +221,14 @@ def test_dropped_when_something_else_supports_it_at_the_end(
     scenario: Scenario, lying: ObjectModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(World, "touch", lambda self: Touch(10.0, 10.0, ("table",)))
-    record = attempt(scenario, lying, Oracle()).record
+    record = attempt(scenario, lying, Seen()).record
     assert record.outcome is Outcome.DROPPED
     assert record.detail == "still touching table at the end"
 
 
 def test_unstable_when_the_object_still_falls_at_the_timeout(scenario: Scenario, lying: ObjectModel) -> None:
     falling = changed(scenario, settling={"clearance": 0.2, "timeout": 0.1})
-    record = attempt(falling, lying, Oracle()).record
+    record = attempt(falling, lying, Seen()).record
     assert record.outcome is Outcome.UNSTABLE
     assert "not at rest" in record.detail
 
@@ -226,7 +237,7 @@ def test_unstable_when_the_simulation_diverges(scenario: Scenario, lying: Object
     def push(world: World) -> None:
         world.data.qvel[:] = 1e12
 
-    record = attempt(scenario, lying, Oracle(), observer=push).record
+    record = attempt(scenario, lying, Seen(), observer=push).record
     assert record.outcome is Outcome.UNSTABLE
     assert record.detail == "MuJoCo warning badqvel"
     assert record.grasp is not None  # what was known until then is kept
@@ -316,20 +327,20 @@ def test_a_trial_repeats_exactly_whatever_its_cell_did_before(
     scenario: Scenario, models: dict[str, ObjectModel]
 ) -> None:
     cell = Workcell(scenario)
-    first = run_trial(cell, models["bar"], Oracle(), trial=0, attempt=3, seed=9)
-    run_trial(cell, models["pot"], Oracle(), trial=1, attempt=0, seed=9)
-    again = run_trial(cell, models["bar"], Oracle(), trial=0, attempt=3, seed=9)
+    first = run_trial(cell, models["bar"], Seen(), trial=0, attempt=3, seed=9)
+    run_trial(cell, models["pot"], Seen(), trial=1, attempt=0, seed=9)
+    again = run_trial(cell, models["bar"], Seen(), trial=0, attempt=3, seed=9)
     assert first.record.to_json() == again.record.to_json()
     assert first.image is not None
     assert again.image is not None
     np.testing.assert_array_equal(first.image.depth, again.image.depth)
-    other = run_trial(cell, models["bar"], Oracle(), trial=0, attempt=4, seed=9)
+    other = run_trial(cell, models["bar"], Seen(), trial=0, attempt=4, seed=9)
     assert other.image is not None
     assert (other.image.depth != first.image.depth).any()
 
 
 def test_records_are_plain_json_with_every_field(scenario: Scenario, lying: ObjectModel) -> None:
-    for predictor in (Oracle(), Says([])):
+    for predictor in (Seen(), Says([])):
         record = attempt(scenario, lying, predictor).record.to_json()
         assert json.loads(json.dumps(record, allow_nan=False)) == record
         planned = {"widening_mm", "shortfall_mm"} if record["pose"] else set()

@@ -14,14 +14,16 @@ from real_samples import real_samples
 from scipy.spatial import ConvexHull
 
 from grasp_bench.objects.catalog import Catalog
-from grasp_bench.workshop.build import write_manifest
+from grasp_bench.workshop.build import Listing, write_manifest
 from grasp_bench.workshop.decompose import BOUNDS, MAX_HULLS, MAX_VERTICES
 from grasp_bench.workshop.importing import importer, solid
 from grasp_bench.workshop.importing.body import Options
 from grasp_bench.workshop.importing.convex import decompose_whole
-from grasp_bench.workshop.importing.folder import Folder, RefusedError, find_objects
-from grasp_bench.workshop.importing.importer import Job, import_shape, spread_mass
+from grasp_bench.workshop.importing.discovery import find_objects
+from grasp_bench.workshop.importing.folder import Folder, RefusedError
+from grasp_bench.workshop.importing.importer import Job, import_shape
 from grasp_bench.workshop.importing.jobs import read_masses
+from grasp_bench.workshop.importing.masses import spread_mass
 from grasp_bench.workshop.importing.measure import flood
 from grasp_bench.workshop.importing.paint import MAX_COLORS, bake
 from grasp_bench.workshop.importing.readers import read_mesh
@@ -342,8 +344,8 @@ def test_objects_are_found_and_named(tmp_path: Path) -> None:
         "robot/meshes/part.stl",
     ):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_text("x")
-    found = {n: p.relative_to(tmp_path).as_posix() for n, p, _ in find_objects(tmp_path)}
+        (tmp_path / name).write_text('<robot name="r"><mesh filename="meshes/part.stl"/></robot>')
+    found = {n: p.relative_to(tmp_path).as_posix() for n, p, _ in find_objects(tmp_path).objects}
     assert found == {
         "mug": "mug/textured.obj",
         "001_can": "001_can/google_16k/textured.obj",
@@ -434,14 +436,19 @@ def test_the_command_imports_what_it_can_and_says_what_it_cannot(tmp_path: Path)
     assert isinstance(refused.exception, RefusedError)
 
 
-def test_what_does_not_fit_the_gripper_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_does_not_fit_the_gripper_is_kept_and_marked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from grasp_bench.workshop import poses
 
     monkeypatch.setattr(poses, "MAX_POSES", 1)
     trimesh.creation.box((100, 110, 105)).export(tmp_path / "crate.stl")
     job = Job("crate", tmp_path / "crate.stl", tmp_path, Options(mass=0.5))
-    with pytest.raises(RefusedError, match="no grasp fits the gripper in any of its"):
-        importer.import_one(job, tmp_path / "out")
+    report = importer.import_one(job, tmp_path / "out")
+    assert (report.status, report.graspable) == ("imported", False)
+    listed = Listing(tmp_path / "out")
+    assert (listed.write(), listed.graspable) == (1, 0)
+    assert Catalog(tmp_path / "out").ungraspable(["crate"]) == ["crate"]
 
 
 # ---------------------------------------------------------------- robot descriptions
@@ -517,7 +524,7 @@ def test_a_part_that_is_not_convex_is_decomposed(tmp_path: Path) -> None:
 def ycb_import(name: str, out: Path) -> dict[str, Any]:
     scans = real_samples("ycb")
     masses = read_masses(scans / "masses.csv")
-    job = Job(name, scans / name / "textured.obj", scans / name, Options(mass=masses[name]))
+    job = Job(name, scans / name / "textured.obj", scans / name, Options(mass=masses[name].mass))
     return importer.import_one(job, out).details
 
 

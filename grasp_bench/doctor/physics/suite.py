@@ -11,6 +11,7 @@ from grasp_bench.doctor.physics.creep import creep
 from grasp_bench.doctor.physics.falling import falling
 from grasp_bench.doctor.physics.incline import incline
 from grasp_bench.doctor.physics.jacobian import jacobian
+from grasp_bench.doctor.physics.margin import margin
 from grasp_bench.doctor.physics.penetration import penetration
 from grasp_bench.doctor.physics.reference import Watched, halved, loads, time_step, watch
 from grasp_bench.doctor.physics.slip import slip
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 Test = Callable[[Scenario], list[Check]]
-QUICK: tuple[Test, ...] = (slip, incline, torsion, creep, falling, jacobian, penetration, tracking)
+QUICK: tuple[Test, ...] = (slip, incline, torsion, margin, creep, falling, jacobian, penetration, tracking)
 """Checks that take seconds each."""
 OF_GRIPPER: tuple[Test, ...] = (slip, torsion, creep, jacobian, penetration)
 """Those of them that another gripper can change."""

@@ -25,15 +25,19 @@ from grasp_bench.learning.data.rectangles import (
     Collection,
     Entry,
     Sample,
-    complete,
+    first_there,
+    hold,
+    measured,
+    own_files,
     read_depth,
     read_numbers,
     read_rgb,
-    without_nan,
+    usable_rectangles,
 )
 from grasp_bench.runs.evaluation import DatasetName
+from grasp_bench.system.arrays import Floats
 
-_LABELS = re.compile(r"pcd(\d{4})cpos\.txt$")
+_LABELS = re.compile(r"pcd(\d{4,})cpos\.txt$")
 MILLIMETRE = 1e-3
 
 
@@ -49,37 +53,47 @@ class Cornell(Collection):
         """Find what ``root`` holds."""
         objects = _object_ids(root)
         entries = []
-        for labels in sorted(root.rglob("pcd*cpos.txt"), key=lambda p: p.name):
+        for labels in sorted(own_files(root, "pcd*cpos.txt"), key=lambda p: p.name):
             found = _LABELS.match(labels.name)
             if found is None:
                 continue
             number = found[1]
-            rgb, tiff, cloud = (labels.with_name(f"pcd{number}{end}") for end in ("r.png", "d.tiff", ".txt"))
+            rgb, cloud = (labels.with_name(f"pcd{number}{end}") for end in ("r.png", ".txt"))
+            tiff = first_there(*(labels.with_name(f"pcd{number}d.{end}") for end in ("tiff", "tif")))
             depth = tiff if tiff.is_file() or not cloud.is_file() else cloud
             entries.append(Entry(f"pcd{number}", objects.get(int(number)), labels, rgb, depth))
-        return cls(root, *complete(root, entries), window=320)
+        held = hold(root, entries, lambda labels: usable_rectangles(read_corners(labels))[0])
+        return cls(root, held.entries, held.missing, window=320, notes=held.notes)
 
     def load(self, entry: Entry) -> Sample:
         """Read one sample; AssetError names a file that is damaged."""
-        corners = read_numbers(entry.labels, 2)
-        if len(corners) % 4:
-            raise AssetError(
-                f"{entry.labels}: {len(corners)} lines are no whole number of rectangles (four lines each)."
-            )
-        rectangles, dropped = without_nan(corners.reshape(-1, 4, 2))
+        corners = read_corners(entry.labels)
         rgb = read_rgb(entry.rgb)
         shape = rgb.shape[:2]
+        rectangles, dropped = usable_rectangles(corners, shape)
         depth = (
             read_depth(entry.depth, shape)
-            if entry.depth.suffix == ".tiff"
+            if entry.depth.suffix in (".tiff", ".tif")
             else distance_from_cloud(entry.depth, shape)
         )
         return Sample(entry.name, rgb, depth, rectangles, dropped)
 
 
+def read_corners(path: Path) -> Floats:
+    """Read the rectangles (N, 4, 2) of a file of labels, NaN as it is there.
+
+    Raises:
+        AssetError: for a line that is no two numbers, or an incomplete rectangle.
+    """
+    corners = read_numbers(path, 2)
+    if len(corners) % 4:
+        raise AssetError(f"{path}: {len(corners)} lines are no whole number of rectangles (four lines each).")
+    return corners.reshape(-1, 4, 2)
+
+
 def _object_ids(root: Path) -> dict[int, str]:
     """Read the object of each image number from the first ``z.txt`` at or below ``root``, if any."""
-    for path in sorted(root.rglob("z.txt")):
+    for path in own_files(root, "z.txt"):
         ids: dict[int, str] = {}
         for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
             words = line.split()
@@ -110,4 +124,4 @@ def distance_from_cloud(path: Path, shape: tuple[int, ...]) -> NDArray[np.float3
         raise AssetError(f"{path} has pixel indices outside of {shape[1]}×{shape[0]} px.")
     flat[place] = np.sqrt(x**2 + y**2 + z**2) * MILLIMETRE
     flat[~np.isfinite(flat)] = 0
-    return flat.reshape(shape)
+    return measured(flat.reshape(shape), path)

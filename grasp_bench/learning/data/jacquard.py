@@ -19,11 +19,13 @@ from grasp_bench.learning.data.rectangles import (
     Collection,
     Entry,
     Sample,
-    complete,
+    first_there,
+    hold,
+    own_files,
     read_depth,
     read_numbers,
     read_rgb,
-    without_nan,
+    usable_rectangles,
 )
 from grasp_bench.runs.evaluation import DatasetName
 from grasp_bench.system.arrays import Floats
@@ -49,17 +51,20 @@ class Jacquard(Collection):
         if depth not in DEPTHS:
             raise UnknownNameError("Jacquard depth", depth, DEPTHS)
         entries = []
-        for labels in sorted(root.rglob(f"*{ENDING}")):
+        for labels in own_files(root, f"*{ENDING}"):
             prefix = labels.name.removesuffix(ENDING)
-            rgb, tiff = (labels.with_name(prefix + end) for end in ("RGB.png", f"{depth}_depth.tiff"))
+            rgb = labels.with_name(prefix + "RGB.png")
+            tiff = first_there(*(labels.with_name(f"{prefix}{depth}_depth.{end}") for end in ("tiff", "tif")))
             name = prefix.rstrip("_") or labels.parent.relative_to(root).as_posix()
             entries.append(Entry(name, _object(labels, prefix, root), labels, rgb, tiff))
-        return cls(root, *complete(root, entries), window=1024, native=1024)
+        held = hold(root, entries, lambda labels: usable_rectangles(read_rows(labels))[0])
+        return cls(root, held.entries, held.missing, window=1024, native=1024, notes=held.notes)
 
     def load(self, entry: Entry) -> Sample:
         """Read one sample; AssetError names a file that is damaged."""
-        rectangles, dropped = without_nan(corners_from_rows(read_numbers(entry.labels, 5, ";")))
+        corners = read_rows(entry.labels)
         rgb = read_rgb(entry.rgb)
+        rectangles, dropped = usable_rectangles(corners, rgb.shape[:2])
         return Sample(entry.name, rgb, read_depth(entry.depth, rgb.shape[:2]), rectangles, dropped)
 
 
@@ -69,10 +74,19 @@ def _object(labels: Path, prefix: str, root: Path) -> str | None:
     return identifier or (labels.parent.name if labels.parent != root else None)
 
 
+def read_rows(path: Path) -> Floats:
+    """Read the corners (N, 4, 2) of a grasps file; AssetError names the line that is no row of one."""
+    return corners_from_rows(read_numbers(path, 5, ";"))
+
+
 def corners_from_rows(rows: Floats) -> Floats:
-    """Turn rows (N, 5) of a grasps file into corners (N, 4, 2), the first edge along the opening."""
+    """Turn rows (N, 5) of a grasps file into corners (N, 4, 2), the first edge along the opening; NaN
+    where an opening or jaw is not positive."""
     corners = [
-        Grasp(x, y, -np.radians(theta), opening).rectangle(height=jaw) for x, y, theta, opening, jaw in rows
+        Grasp(x, y, -np.radians(theta), opening).rectangle(height=jaw)
+        if opening > 0 and jaw > 0
+        else np.full((4, 2), np.nan)
+        for x, y, theta, opening, jaw in rows
     ]
     return np.array(corners, float).reshape(-1, 4, 2)
 

@@ -21,7 +21,7 @@ def open_collection(root: Path, name: DatasetName | None = None, depth: str = "p
             errors).
 
     Raises:
-        AssetError: when there is no complete sample.
+        AssetError: when there is no complete sample with a usable label.
     """
     root = Path(root)
     if not root.is_dir():
@@ -31,6 +31,8 @@ def open_collection(root: Path, name: DatasetName | None = None, depth: str = "p
         found: Collection = makers[key]()
         if found.entries:
             return found
+        if found.notes:
+            raise AssetError(f"No sample in {root} can be used. {' '.join(found.notes)}")
         if found.missing:
             raise AssetError(
                 f"No sample in {root} is complete: {', '.join(found.missing[:5])} "

@@ -8,7 +8,7 @@ pixels (edge of the image = 0), their first edge along the jaws' opening directi
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,6 +21,9 @@ from grasp_bench.grasps import Grasp
 from grasp_bench.runs.evaluation import DatasetName
 from grasp_bench.system.arrays import Floats
 
+FARTHEST = 20.0
+"""Median depth above which an image cannot be in metres [m]."""
+
 
 @dataclass(frozen=True)
 class Sample:
@@ -32,7 +35,7 @@ class Sample:
         depth: (H, W) float32 metres, 0 where invalid. What it is measured from differs between data
             sets (see their modules); :func:`grasp_bench.predictors.tabletop.levelled` makes them alike.
         rectangles: (N, 4, 2) corners of the labelled good grasps [px].
-        dropped: labelled rectangles that were left out because they hold NaN.
+        dropped: labelled rectangles that were left out because they hold NaN, have no area or lie outside.
     """
 
     name: str
@@ -71,6 +74,7 @@ class Collection(ABC):
         root: folder of the copy.
         entries: complete samples, in order of their names.
         missing: files without which a labelled sample is incomplete, relative to ``root``.
+        notes: what else was left out, in sentences.
         window: side of the square about the image's middle that is looked at [px]. Fixed for
             each data set, so that it does not depend on where the object is.
         native: side of the square that the lineage's loaders give a network of any input size [px]; None
@@ -85,10 +89,19 @@ class Collection(ABC):
 
     name: DatasetName = "cornell"
     images_in_full: int = 0
+    notes: tuple[str, ...] = ()
 
     @abstractmethod
     def load(self, entry: Entry) -> Sample:
         """Read one sample; AssetError names a file that is damaged."""
+
+    def samples(self) -> Iterator[tuple[Entry, Sample | None, str]]:
+        """Read all samples; yields each entry with its sample, or None and what is wrong with its files."""
+        for entry in self.entries:
+            try:
+                yield entry, self.load(entry), ""
+            except AssetError as error:
+                yield entry, None, str(error)
 
     @property
     def knows_objects(self) -> bool:
@@ -108,18 +121,75 @@ class Collection(ABC):
         if self.missing:
             shown = ", ".join(self.missing[:5]) + (", …" if len(self.missing) > 5 else "")
             text += f" Incomplete samples left out, {len(self.missing)} files missing: {shown}."
-        return text
+        return " ".join((text, *self.notes))
 
 
-def complete(root: Path, found: Iterable[Entry]) -> tuple[list[Entry], list[str]]:
-    """Return the entries whose images are there, and the files that others lack, relative to ``root``."""
-    entries, missing = [], []
+@dataclass(frozen=True)
+class Holding:
+    """What a copy holds that can be used.
+
+    Attributes:
+        entries: samples that are complete, there once, and have a usable label.
+        missing: files that others lack, relative to the root.
+        notes: how many were left out for which reason, in sentences.
+    """
+
+    entries: list[Entry]
+    missing: list[str]
+    notes: tuple[str, ...]
+
+
+def hold(root: Path, found: Iterable[Entry], labelled: Callable[[Path], Floats]) -> Holding:
+    """Sort out what a copy holds.
+
+    Args:
+        root: folder of the copy.
+        found: every labelled sample, whether its images are there or not.
+        labelled: reads the usable rectangles (N, 4, 2) of a file of labels.
+    """
+    entries: dict[str, Entry] = {}
+    missing: list[str] = []
+    twice: list[str] = []
+    bare: list[str] = []
     for entry in found:
         absent = [p.relative_to(root).as_posix() for p in (entry.rgb, entry.depth) if not p.is_file()]
         missing += absent
-        if not absent:
-            entries.append(entry)
-    return entries, missing
+        if absent:
+            continue
+        if entry.name in entries:
+            twice.append(entry.labels.relative_to(root).as_posix())
+            continue
+        try:
+            usable = bool(len(labelled(entry.labels)))
+        except AssetError:
+            usable = True  # damaged, and said so when it is read
+        if usable:
+            entries[entry.name] = entry
+        else:
+            bare.append(entry.labels.relative_to(root).as_posix())
+    notes = [
+        f"{len(files)} {why}: {', '.join(files[:5])}{', …' if len(files) > 5 else ''}."
+        for files, why in (
+            (twice, "images left out that lie in the copy a second time"),
+            (bare, "images left out that have no usable label"),
+        )
+        if files
+    ]
+    return Holding(list(entries.values()), missing, tuple(notes))
+
+
+def first_there(*paths: Path) -> Path:
+    """Return the first path that is a file; the first of all where none is."""
+    return next((p for p in paths if p.is_file()), paths[0])
+
+
+def own_files(root: Path, pattern: str) -> list[Path]:
+    """Return the files below ``root`` that match, without what other systems leave beside them."""
+    return [
+        p
+        for p in sorted(root.rglob(pattern))
+        if not p.name.startswith("._") and "__MACOSX" not in p.relative_to(root).parts
+    ]
 
 
 # ---------------------------------------------------------------- reading
@@ -147,8 +217,27 @@ def read_depth(path: Path, shape: tuple[int, ...]) -> NDArray[np.float32]:
             f"{path} must hold floating-point depth of {shape[1]}×{shape[0]} px like its colour "
             f"image, but is {image.dtype} of shape {image.shape}."
         )
-    with np.errstate(invalid="ignore"):
-        return np.where(np.isfinite(image) & (image > 0), image, 0).astype(np.float32)
+    with np.errstate(invalid="ignore", over="ignore"):
+        depth = np.where(np.isfinite(image) & (image > 0), image, 0).astype(np.float32)
+    return measured(depth, path)
+
+
+def measured(depth: NDArray[np.float32], path: Path) -> NDArray[np.float32]:
+    """Return ``depth`` (H, W) if it is one in metres.
+
+    Raises:
+        AssetError: where nothing was measured, or the values are millimetres'.
+    """
+    valid = depth[depth > 0]
+    if not valid.size:
+        raise AssetError(f"{path} holds no measured depth: every pixel is NaN, infinite, 0 or less.")
+    middle = float(np.median(valid))
+    if middle > FARTHEST:
+        raise AssetError(
+            f"{path} holds a depth of {middle:.4g} in the middle of its values, not metres but, it seems, "
+            "millimetres; divide it by 1000."
+        )
+    return depth
 
 
 def read_numbers(path: Path, columns: int, separator: str | None = None) -> Floats:
@@ -171,10 +260,14 @@ def read_numbers(path: Path, columns: int, separator: str | None = None) -> Floa
     return np.array(rows, float).reshape(-1, columns)
 
 
-def without_nan(rectangles: Floats) -> tuple[Floats, int]:
-    """Return the rectangles (N, 4, 2) that are finite and have an area, and how many were not."""
+def usable_rectangles(rectangles: Floats, shape: tuple[int, ...] | None = None) -> tuple[Floats, int]:
+    """Return the rectangles (N, 4, 2) that are finite, have an area and their middle within an image of
+    ``shape`` (if given), and how many do not."""
     finite = np.isfinite(rectangles).all(axis=(1, 2))
     a, b = rectangles[:, 1] - rectangles[:, 0], rectangles[:, 2] - rectangles[:, 1]
     with np.errstate(invalid="ignore"):
         sound = finite & (np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) > 1e-6)
+        if shape is not None:
+            middle = rectangles.mean(axis=1)
+            sound &= ((middle >= 0) & (middle < [shape[1], shape[0]])).all(axis=1)
     return rectangles[sound], int((~sound).sum())

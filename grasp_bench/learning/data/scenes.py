@@ -13,6 +13,7 @@ A folder has ``index.jsonl``, one scene a line: {"scene": "000123",
 and may hold
 
     annotated   float32 (K, 6)    x, y [px], angle [rad], width, height [px], quality: as people draw grasps
+    tried       float32 (M, 6)    x, y [px], angle [rad], width [px], quality, whether it held in physics
 
 and more, such as ``depth_true``, which is not read.
 """
@@ -22,7 +23,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -57,7 +58,10 @@ def unpacked(depth: NDArray[np.uint16]) -> NDArray[np.float32]:
 
 @dataclass(frozen=True)
 class Scene:
-    """One scene as stored; the arrays are those listed at the top of this module, None what it lacks."""
+    """One scene as stored; the arrays are those listed at the top of this module, None what it lacks.
+
+    ``tried`` is empty where nothing was tried.
+    """
 
     name: str
     rgb: NDArray[np.uint8]
@@ -67,6 +71,7 @@ class Scene:
     width: NDArray[np.float16]
     grasps: NDArray[np.float32]
     annotated: NDArray[np.float32] | None = None
+    tried: NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 6), np.float32))
 
     @property
     def size(self) -> int:
@@ -75,10 +80,16 @@ class Scene:
 
     def truths(self) -> list[Grasp]:
         """Return the good grasps, in pixels of the scene."""
-        return [
-            Grasp(float(x), float(y), wrap_angle(float(a)), float(w), float(q))
-            for x, y, a, w, q in self.grasps
-        ]
+        return [_grasp(row) for row in self.grasps]
+
+    def tries(self) -> list[tuple[Grasp, bool]]:
+        """Return the grasps tried in physics, in pixels of the scene, and whether each held."""
+        return [(_grasp(row), bool(row[5])) for row in self.tried]
+
+
+def _grasp(row: NDArray[np.float32]) -> Grasp:
+    x, y, angle, width, quality = (float(v) for v in row[:5])
+    return Grasp(x, y, wrap_angle(angle), width, quality)
 
 
 @dataclass(frozen=True)
@@ -120,6 +131,8 @@ def load_scene(path: Path, crop: int = 0) -> Scene:
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in _ARRAYS}
             annotated = file.get("annotated")
+            if "tried" in file:
+                arrays["tried"] = np.asarray(file["tried"], np.float32).reshape(-1, 6)
     except Exception as error:  # damaged archives raise nearly anything, even tokenizer errors
         raise AssetError(
             f"Scene {path} is truncated or lacks an array ({type(error).__name__}: {error}); "

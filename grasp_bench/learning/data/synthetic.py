@@ -21,14 +21,12 @@ from dataclasses import dataclass, fields
 from functools import cache
 from typing import Any
 
-import cv2
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from grasp_bench.camera import Intrinsics
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.learning.data import labels
 from grasp_bench.learning.data.candidates import Candidates, propose
@@ -36,6 +34,7 @@ from grasp_bench.learning.data.random_shapes import RandomObject, random_color, 
 from grasp_bench.learning.data.scenes import packed
 from grasp_bench.learning.data.stages.annotating import annotated
 from grasp_bench.learning.data.stages.owning import OBJECTS_ONLY, only_of_objects
+from grasp_bench.learning.data.stages.plain import plain_shot
 from grasp_bench.learning.data.stages.shot import Shot, shoot
 from grasp_bench.learning.data.stages.staging import Stage, draw_stage, noisier
 from grasp_bench.learning.data.stages.style import Style
@@ -44,10 +43,8 @@ from grasp_bench.planning.heightfield import CELL, HeightField
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.brief import BriefTries
-from grasp_bench.scene.builder import TABLE
 from grasp_bench.scene.floating import FloatingGripper, compile_floating
-from grasp_bench.scene.rendering import SHOWN_GROUPS, Picture, raycast
-from grasp_bench.scene.sensor import sense
+from grasp_bench.scene.rendering import SHOWN_GROUPS, Picture
 from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.poses import measure_heights
 
@@ -197,7 +194,7 @@ def record(
 ) -> Arrays:
     """Make the arrays of the scene at rest in ``gripper``; without a ``shot`` a plain one is taken."""
     if shot is None:
-        shot = plain_shot(gripper, config.size, rng)
+        shot = plain_shot(gripper.scenario, gripper.model, gripper.data, config.size, rng)
     crop, pose, picture = shot.intrinsics, shot.pose, shot.truth
     view = labels.View(crop, pose, crop.rays() @ pose.rotation.T)
 
@@ -237,32 +234,6 @@ def record(
         "camera_position": pose.position,
         "camera_rotation": pose.rotation,
     }
-
-
-def plain_shot(gripper: FloatingGripper, size: int, rng: Rng) -> Shot:
-    """Take the middle ``size`` px of the picture of the scenario's own camera, in a plain light."""
-    scenario = gripper.scenario
-    mujoco.mj_forward(gripper.model, gripper.data)
-    full, pose = scenario.camera.intrinsics, scenario.camera.pose
-    left, upper = (full.width - size) // 2, (full.height - size) // 2
-    crop = Intrinsics(size, size, full.fx, full.fy, full.cx - left, full.cy - upper)
-    picture = raycast(gripper.model, gripper.data, pose.position, crop.rays() @ pose.rotation.T)
-    image = sense(picture._replace(rgb=photo(gripper.model, picture, rng)), crop, scenario.sensor, rng)
-    return Shot(image.rgb, image.depth, picture, crop, pose, np.ones(picture.depth.shape, bool))
-
-
-def photo(model: mujoco.MjModel, picture: Picture, rng: Rng) -> NDArray[np.uint8]:
-    """Put the picture under random light, its table perhaps speckled or grained."""
-    h, w = picture.geom.shape
-    grain = int(rng.integers(3))
-    coarse = rng.standard_normal([(2, 2), (h // 4, w // 4), (3, w // 3)][grain]).astype(np.float32)
-    coarse = coarse.T if rng.random() < 0.5 else coarse
-    pattern = 1 + rng.uniform(0.02, 0.1) * cv2.resize(coarse, (w, h), interpolation=cv2.INTER_CUBIC)
-    light = rng.uniform(0.7, 1.3) * (1 + rng.uniform(-0.07, 0.07, 3))
-    slope = rng.uniform(-0.2, 0.2, 2)
-    shade = 1 + slope[0] * np.linspace(-1, 1, h)[:, None] + slope[1] * np.linspace(-1, 1, w)
-    shade = np.where(picture.geom == model.geom(TABLE).id, shade * pattern, shade)
-    return np.clip(picture.rgb * shade[..., None] * light, 0, 255).astype(np.uint8)
 
 
 def _heights(

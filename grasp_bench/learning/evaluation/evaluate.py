@@ -159,7 +159,7 @@ def _prepared(network: NetworkPredictor, question: Question) -> Predictor:
     network.level = "none" if question.dataset == "synthetic" else "table"
     side = network.crop
     nothing = np.zeros((side, side, 3), np.uint8), np.zeros((side, side), np.float32)
-    network.maps(RgbdImage(*nothing, Intrinsics.from_fov(side, side, 1.0)))
+    network.predict(RgbdImage(*nothing, Intrinsics.from_fov(side, side, 1.0)))
     return network
 
 
@@ -167,6 +167,8 @@ def _judge_all(
     predictor: Predictor, cases: Iterator[Case], question: Question, report: Report, fold: int = 1
 ) -> Iterator[Record]:
     for i, case in enumerate(cases):
+        if not len(case.rectangles):
+            continue  # all labels lie outside of the picture: no answer could be right
         rng = np.random.default_rng(i)
         answer = best_grasp(predictor, case, question.protocol, rng, question.rim)
         record = _record(answer, case, question.protocol, fold)

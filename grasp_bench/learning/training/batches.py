@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import lru_cache
+from zlib import crc32
 
 import numpy as np
 import torch
@@ -21,9 +22,14 @@ from grasp_bench.learning.training.augment import View, crop_scene, jitter_colou
 from grasp_bench.learning.training.config import TrainConfig
 from grasp_bench.learning.training.sources import Mixture
 from grasp_bench.networks.encoding import targets_from_maps, to_input
-from grasp_bench.networks.spec import Kind
+from grasp_bench.networks.registry import info
+from grasp_bench.networks.rows import rows_from_grasps
+from grasp_bench.networks.spec import Kind, Targets
 
 Batch = tuple[NDArray[np.float32], NDArray[np.float32]]
+
+ROWS = 48
+"""Rows of an image's table of labels; of more grasps, those of highest quality are kept."""
 
 
 @lru_cache(maxsize=4)
@@ -36,16 +42,42 @@ def scenes_of_step(seed: int, step: int, batch: int, count: int) -> list[int]:
     return [int(_order(seed, k // count, count)[k % count]) for k in range(step * batch, (step + 1) * batch)]
 
 
-def make_sample(scene: Scene, kind: Kind, crop: int, rng: np.random.Generator | None) -> Batch:
-    """Make input (C, crop, crop) and target (4, crop, crop) of a scene, augmented if ``rng`` is given."""
-    rgb, depth, labels = crop_scene(scene, random_view(rng) if rng else View(), crop)
+def make_sample(
+    scene: Scene,
+    kind: Kind,
+    crop: int,
+    rng: np.random.Generator | None,
+    targets: Targets = "maps",
+    labelled: float = 1.0,
+) -> Batch:
+    """Make input (C, crop, crop) and target of a scene, augmented if ``rng`` is given.
+
+    Args:
+        targets: maps (4, crop, crop), or rows (:data:`ROWS`, 6), see :mod:`grasp_bench.networks.rows`.
+        labelled: share of the scenes whose rows are given, chosen by their names.
+    """
+    view = random_view(rng) if rng else View()
+    rgb, depth, labels = crop_scene(scene, view, crop)
     if rng:
         rgb, depth = jitter_colour(rgb, rng), jitter_depth(depth, rng)
-    return to_input(rgb, depth, kind), targets_from_maps(labels)
+    target = targets_from_maps(labels) if targets == "maps" else _rows(scene, view, crop, targets, labelled)
+    return to_input(rgb, depth, kind), target
+
+
+def _rows(scene: Scene, view: View, crop: int, targets: Targets, labelled: float) -> NDArray[np.float32]:
+    """Return the rows of grasps that hold, and for ``tries`` of those that failed, too."""
+    graded = [(grasp, True) for grasp in scene.truths()]
+    if targets == "tries" and len(scene.tried):
+        graded = scene.tries()
+    if labelled < 1 and crc32(scene.name.encode()) / 2**32 >= labelled:
+        graded = []
+    moved = [(view.grasp(grasp, scene.size, crop), float(held)) for grasp, held in graded]
+    return rows_from_grasps(moved, crop, ROWS).numpy()
 
 
 def make_batch(scenes: Sequence[Scene], config: TrainConfig, kind: Kind, crop: int, step: int) -> Batch:
-    """Make inputs (B, C, crop, crop) and targets (B, 4, crop, crop) of a step."""
+    """Make inputs (B, C, crop, crop) and targets (B, …) of a step."""
+    network = info(config.network)
     if isinstance(scenes, Mixture) and scenes.shares is not None:
         chosen = [scenes.draw(np.random.default_rng([config.seed, 3, step, i])) for i in range(config.batch)]
     else:
@@ -56,6 +88,8 @@ def make_batch(scenes: Sequence[Scene], config: TrainConfig, kind: Kind, crop: i
             kind,
             crop,
             np.random.default_rng([config.seed, 2, step, i]) if config.augment else None,
+            network.targets,
+            network.labelled,
         )
         for i, k in enumerate(chosen)
     ]

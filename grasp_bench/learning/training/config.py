@@ -94,7 +94,7 @@ class TrainConfig(BaseModel):
         default=None,
         description="Weights to begin with: a .safetensors file, or 'shipped' for the installed ones.",
     )
-    input: Literal["rgbd", "rgb", "depth"] | None = Field(
+    input: Literal["rgbd", "rgb", "depth", "rgd"] | None = Field(
         default=None, description="What the network is shown, where it was published with several."
     )
     holdout: str | None = Field(

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from grasp_bench.system.integrity import write_whole
+
 
 class RunLog:
     """Appends one JSON object a line to ``folder/log.jsonl``.
@@ -17,7 +19,7 @@ class RunLog:
     def __init__(self, folder: Path, step: int) -> None:
         path = folder / "log.jsonl"
         lines = path.read_text().splitlines() if path.is_file() else []
-        path.write_text("".join(line + "\n" for line in lines if _step(line) <= step))
+        write_whole(path, "".join(line + "\n" for line in lines if _step(line) <= step).encode())
         self._file = path.open("a")
         self._board = None
         try:

@@ -10,20 +10,24 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
+import numpy as np
 import torch
+from filelock import FileLock, Timeout
 from torch import Tensor, nn
 
 from grasp_bench.errors import AssetError, GraspBenchError
 from grasp_bench.learning.data.scenes import SceneSet
-from grasp_bench.learning.training.batches import batches
+from grasp_bench.learning.training.batches import batches, make_batch
 from grasp_bench.learning.training.checkpoint import load_checkpoint, save_checkpoint
 from grasp_bench.learning.training.config import TrainConfig
 from grasp_bench.learning.training.log import RunLog
 from grasp_bench.learning.training.step import Learner, choose_device
 from grasp_bench.learning.training.validate import Accuracy, validate
-from grasp_bench.networks.registry import build, info, input_kind
+from grasp_bench.networks.registry import NETWORKS, build, info, input_kind
+from grasp_bench.networks.resnet import begin_with_trunk
+from grasp_bench.networks.rows import Detector
 from grasp_bench.networks.spec import Kind
-from grasp_bench.networks.store import stored_input
+from grasp_bench.networks.store import WeightsFile, stored_input
 from grasp_bench.networks.weights import load
 from grasp_bench.system.machine import usable_cores
 
@@ -59,8 +63,27 @@ def train(
 
     Raises:
         AssetError: the checkpoint is damaged or of another run, or ``init`` is for another input.
-        GraspBenchError: the loss became infinite or NaN, or there is no such device.
+        GraspBenchError: the loss became infinite or NaN, there is no such device, ``out`` cannot be written,
+            or another training writes to it.
     """
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        with FileLock(out / ".lock", timeout=0):
+            return _train(config, scenes, out, report, init)
+    except Timeout as error:
+        raise GraspBenchError(
+            f"Another training is writing to {out}; wait for it or choose another --out."
+        ) from error
+    except OSError as error:
+        raise GraspBenchError(
+            f"{error.filename or out} cannot be written ({error.strerror}). The last checkpoint in {out} is "
+            "kept; free some space, and the same command goes on from there."
+        ) from error
+
+
+def _train(
+    config: TrainConfig, scenes: SceneSet, out: Path, report: Report | None, init: Path | None
+) -> Trained:
     kind, crop = input_kind(config.network, config.input), info(config.network).crop
     device = choose_device(config.device)
     cv2.setNumThreads(1)
@@ -70,10 +93,11 @@ def train(
     learner = Learner.of(network, config, device)
     state = learner.network, learner.average, learner.optimizer
 
-    out.mkdir(parents=True, exist_ok=True)
     start = 0
     if (out / CHECKPOINT).is_file():
         start = load_checkpoint(out / CHECKPOINT, *state, config, scenes.fingerprint)
+    if start == 0 and isinstance(learner.network, Detector) and learner.network.warm_up:
+        _prepare(learner.network, scenes, config, kind, crop, device)
     accuracy: Accuracy | None = None
 
     with closing(RunLog(out, start)) as log:
@@ -117,6 +141,15 @@ def train(
     return Trained(learner.final, accuracy)
 
 
+def _prepare(
+    network: Detector, scenes: SceneSet, config: TrainConfig, kind: Kind, crop: int, device: torch.device
+) -> None:
+    """Show a detector the batches of its first steps at once."""
+    made = [make_batch(scenes.train, config, kind, crop, step) for step in range(network.warm_up)]
+    inputs, targets = (torch.from_numpy(np.concatenate(part)).to(device) for part in zip(*made, strict=True))
+    network.prepare(inputs, targets)
+
+
 def _read(unread: list[dict[str, Tensor]], done: int) -> dict[str, float]:
     """Fetch the figures of the last steps up to ``done`` in one go, empty the list; those of the last step.
 
@@ -143,7 +176,13 @@ def shown(config: TrainConfig) -> str:
 
 
 def _begin(name: str, kind: Kind, init: Path) -> nn.Module:
-    """Load the weights of ``init``; AssetError when they are for another input."""
+    """Load the weights of ``init``, or of a trunk for this network; AssetError when for another input."""
+    stored_for = WeightsFile(init).metadata().get("network", name)
+    if stored_for in NETWORKS and info(stored_for).group == "trunks" and info(name).group != "trunks":
+        network = build(name, kind)
+        if not begin_with_trunk(network, load(stored_for, init)[0].state_dict()):
+            raise AssetError(f"{init} holds the trunk {stored_for}, of which nothing fits {name}.")
+        return network
     network, metadata = load(name, init)
     stored = input_kind(name, stored_input(metadata))
     if stored != kind:

@@ -13,6 +13,7 @@ from torch.optim.swa_utils import get_ema_multi_avg_fn
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.learning.training.config import TrainConfig
 from grasp_bench.learning.training.loss import grasp_loss
+from grasp_bench.networks.rows import Detector
 
 
 def choose_device(name: str) -> torch.device:
@@ -68,9 +69,12 @@ class Learner:
         return self.network if self.average is None else self.average
 
     def forward(self, inputs: Tensor, targets: Tensor) -> dict[str, Tensor]:
-        """Return the loss and its parts for inputs (B, C, H, W) and targets (B, 4, H, W)."""
+        """Return the loss and its parts for inputs (B, C, H, W) and targets: maps (B, 4, H, W), or what a
+        detector learns from."""
         inputs = inputs.to(memory_format=torch.channels_last)
         with torch.autocast(inputs.device.type, torch.bfloat16, enabled=self.mixed):
+            if isinstance(self.network, Detector):
+                return self.network.loss(inputs, targets)
             output = self.network(inputs)
         return grasp_loss(
             output,

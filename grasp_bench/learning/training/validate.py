@@ -13,7 +13,7 @@ from torch import nn
 from grasp_bench.grasps import Grasp, GraspMaps, angle_difference, is_correct
 from grasp_bench.learning.data.scenes import Scene
 from grasp_bench.learning.training.augment import View, crop_scene
-from grasp_bench.networks.encoding import maps_from_output, to_input
+from grasp_bench.networks.encoding import grasps_from_output, to_input
 from grasp_bench.networks.spec import Kind
 
 
@@ -72,8 +72,7 @@ def validate(network: nn.Module, scenes: Sequence[Scene], kind: Kind, crop: int 
     for scene in scenes:
         rgb, depth, labels = crop_scene(scene, View(), crop)
         x = torch.from_numpy(to_input(rgb, depth, kind))[None]
-        output = network(x.to(device, memory_format=torch.channels_last))
-        best = maps_from_output(output).smoothed().peaks(count=1)
+        best = grasps_from_output(network(x.to(device, memory_format=torch.channels_last))[0], 1)
         truths = [View().grasp(g, scene.size, crop) for g in scene.truths()]
         truths = [g for g in truths if 0 <= g.x < crop and 0 <= g.y < crop]
         if labels.quality.max() >= 0.5:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from grasp_bench.objects.catalog import Catalog
-from grasp_bench.report import breakdown
+from grasp_bench.report import breakdown, help
 from grasp_bench.report.clutter import attempts_in_words, in_words
 from grasp_bench.report.compare import SharedTrials, Versus
 from grasp_bench.report.groups import DEVELOPED_ON, grouped, is_control, made_last, newest, reference
@@ -20,6 +20,7 @@ DEFINITIONS = (
         f"development seed {DEVELOPED_ON}",
         "planner and shipped weights were developed on its trials: quote the rates of fresh seeds.",
     ),
+    ("as predicted, assisted", help.NOTE),
     ("95 % interval", "Wilson score interval of k/n: rates as far apart as its ends fit the trials as well."),
     (
         "control",

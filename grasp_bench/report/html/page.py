@@ -20,6 +20,7 @@ from grasp_bench.report.html.content import content
 from grasp_bench.report.html.thumbnails import lacking, thumbnails
 from grasp_bench.report.html.trials import Embedded, embed, tries_of
 from grasp_bench.runs.results import RunResults
+from grasp_bench.system.integrity import write_whole
 
 PACKAGE = "grasp_bench.report.html"
 MEGABYTE = 1_000_000
@@ -73,7 +74,7 @@ def write_html(
     text, embedded, count = render(runs, root, Catalog(objects), limit)
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_text(text, encoding="utf-8")
+        write_whole(out, text.encode())
     except OSError as error:
         raise GraspBenchError(f"{out} cannot be written ({error.strerror}).") from error
     return Written(out, len(text.encode()), count, embedded.found - embedded.left_out, embedded.left_out)

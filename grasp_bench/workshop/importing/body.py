@@ -19,8 +19,9 @@ class Options:
     """How objects are imported.
 
     Attributes:
-        units: ``m``, ``cm``, ``mm`` or ``auto``.
-        up: the file's upward axis: ``y``, ``z`` or ``auto`` (y for GLB, as glTF 2.0 has it; else z).
+        units: ``m``, ``cm``, ``mm``, ``in`` or ``auto``.
+        up: the file's upward axis: ``y``, ``z`` or ``auto`` (y for GLB, as glTF 2.0 has it, for DAE what it
+            says; else z).
         mass: that of the object [kg]; None where it is not given.
         density: for objects without a mass [kg/m³]; None where it is not given.
         friction: sliding friction coefficient against the finger pads.
@@ -28,6 +29,8 @@ class Options:
         holes: ``auto``, ``fill`` or ``keep``; see :func:`~grasp_bench.workshop.importing.repair.mend`.
         category: what the objects are; their name when None.
         source: where size and mass come from, for the manifest.
+        length: the longest side that the object is scaled to [m]; None where its unit tells.
+        scale: metres that the file's unit is; None where ``units`` or ``length`` tells.
     """
 
     units: str = "auto"
@@ -39,6 +42,8 @@ class Options:
     holes: str = "auto"
     category: str | None = None
     source: str = ""
+    length: float | None = None
+    scale: float | None = None
 
 
 @dataclass

@@ -46,6 +46,11 @@ def decompose_whole(solid: Mesh) -> tuple[list[Mesh], DecompositionError]:
     error = compare(solid, [own])
     if solid.volume > CONVEX * hull(solid).volume and error.max_distance < CONVEX_DEPTH:
         return [own], error
+    apart = _separate(solid)
+    if apart is not None:
+        error = compare(solid, apart)
+        if not beyond(error, solid):
+            return apart, error
     found: list[tuple[list[Mesh], DecompositionError]] = []
     for threshold in THRESHOLDS:
         # CoACD's own decimation cuts tips off by millimetres.
@@ -62,6 +67,18 @@ def decompose_whole(solid: Mesh) -> tuple[list[Mesh], DecompositionError]:
         f"no decomposition into {MAX_HULLS} convex pieces stays near the shape: "
         f"{', '.join(beyond(worst, solid))} ({asdict(worst)})"
     )
+
+
+def _separate(solid: Mesh) -> list[Mesh] | None:
+    """Return the hulls of separate pieces that are convex each; None for anything else. CoACD takes
+    minutes over empty space between them."""
+    pieces = solid.split(only_watertight=False)
+    if not 1 < len(pieces) <= MAX_HULLS:
+        return None
+    hulls = [few_vertices(np.asarray(p.vertices)) for p in pieces]
+    if any(p.volume < CONVEX * h.volume for p, h in zip(pieces, hulls, strict=True)):
+        return None
+    return hulls
 
 
 def beyond(error: DecompositionError, solid: Mesh) -> list[str]:

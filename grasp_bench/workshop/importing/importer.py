@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, TimeoutError, as_completed
 from dataclasses import asdict, dataclass, field
@@ -19,35 +20,44 @@ from pebble import ProcessExpired, ProcessPool
 
 from grasp_bench.objects.catalog import VisualPart
 from grasp_bench.system.arrays import Floats
+from grasp_bench.system.integrity import sha256, write_whole
 from grasp_bench.workshop.build import rounded, write_hulls, write_visual
 from grasp_bench.workshop.importing import paint as painting
 from grasp_bench.workshop.importing.body import Body, Options
 from grasp_bench.workshop.importing.convex import decompose_whole
 from grasp_bench.workshop.importing.folder import ROBOT_SUFFIXES, Folder, RefusedError
-from grasp_bench.workshop.importing.readers import read_mesh
+from grasp_bench.workshop.importing.masses import DENSITY, choose_mass, spread_mass
+from grasp_bench.workshop.importing.plausible import check_density, check_inertia
+from grasp_bench.workshop.importing.readers import Scan, read_mesh
 from grasp_bench.workshop.importing.repair import mend
 from grasp_bench.workshop.importing.robot_files import import_robot_file
 from grasp_bench.workshop.importing.solid import solidify
-from grasp_bench.workshop.importing.units import UNITS, check_size, choose_unit
+from grasp_bench.workshop.importing.units import LONGEST, REMEDY, UNITS, check_length, check_size, choose_unit
 from grasp_bench.workshop.shapes import Mesh, hull
 
-IMPORT_VERSION = 2
+IMPORT_VERSION = 3
 """Raise this when imports would come out differently: all are made again then."""
-MASSES = (0.001, 5.0)
-"""What the arm can carry, gripper aside, and what contacts are stable with [kg]."""
-DENSITY = 500.0
-"""Assumed where no mass is given [kg/m³]: between hollow plastic and wood."""
 FAMILY = "imported"
+UPRIGHT = {
+    "z": np.eye(3),
+    "y": np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]], float),
+    "x": np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]], float),
+}
+"""What turns row vectors of a file so that its upward axis becomes z."""
+STAGING = ".importing"
+"""Folder in the target where objects are until they are whole."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """One object to import: its name, file, folder that may be read, and options."""
+    """One object to import: its name, file, folder that may be read, options, and the file as the user named
+    it."""
 
     name: str
     path: Path
     root: Path
     options: Options
+    place: str = ""
 
 
 @dataclass(frozen=True)
@@ -58,12 +68,19 @@ class Report:
         status: ``imported``, ``up to date`` or ``failed``.
         why: the reason of a failure.
         details: the content of ``object.json``; empty after a failure.
+        replaced: the other file that the object of this name was imported from before; empty if none.
     """
 
     name: str
     status: str
     why: str = ""
     details: dict[str, Any] = field(default_factory=dict)
+    replaced: str = ""
+
+    @property
+    def graspable(self) -> bool:
+        """Whether some grasp fits the gripper in some resting pose."""
+        return any(p["grasps"] for p in self.details.get("poses", ()))
 
 
 def import_body(folder: Folder, name: str, options: Options) -> Body:
@@ -79,23 +96,41 @@ def import_body(folder: Folder, name: str, options: Options) -> Body:
     extents = high - low
     if not extents.max() > 0:
         raise RefusedError("all its vertices are at one place")
-    is_glb = name.lower().endswith(".glb")
-    unit, note = choose_unit(
-        extents,
-        "m" if options.units == "auto" and is_glb else options.units,
-        options.mass,
-        _hull_volume(points),
-    )
+    factor, unit, note = _metres(scan, extents, points, options)
     notes += [note] if note else []
-    vertices = scan.vertices * UNITS[unit]
-    if options.up == "y" or (options.up == "auto" and is_glb):
-        vertices = vertices @ np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]], float)
+    vertices = scan.vertices * factor
+    vertices = vertices @ UPRIGHT[scan.up or "z" if options.up == "auto" else options.up]
     mesh = mend(vertices, scan.faces, options.holes)
     check_size(np.ptp(mesh.vertices[np.unique(mesh.faces)], axis=0))
     solid = solidify(mesh)
     hulls, error = decompose_whole(solid)
     parts = painting.bake(mesh.vertices, mesh.faces, mesh.source, scan.paint)
+    separate = len(solid.split(only_watertight=False))
+    if separate > 1:
+        notes.append(f"{separate} separate pieces: taken as one rigid object; import them one by one if not")
     return Body(parts, solid, hulls, error, notes + mesh.notes, facts={"unit": unit})
+
+
+def _metres(scan: Scan, extents: Floats, points: Floats, options: Options) -> tuple[float, str, str]:
+    """Return metres per unit of the file, the unit's name, and a note on where it is from."""
+    longest = float(extents.max())
+    part = f" (its longest part is {scan.longest!r})" if scan.longest else ""
+    if options.scale is not None:
+        check_length(longest * options.scale, f"with --scale {options.scale:g}{part}")
+        return options.scale, f"{options.scale:g} m", ""
+    if options.length is not None:
+        factor = options.length / longest
+        return factor, f"{factor:.6g} m", f"scaled to a length of {1000 * options.length:.4g} mm"
+    if options.units == "auto" and scan.metres is not None:
+        if scan.up is not None and not LONGEST[0] <= longest * scan.metres <= LONGEST[1] and scan.metres != 1:
+            raise RefusedError(
+                f"{1000 * longest * scan.metres:.3g} mm long in the file's own unit{part}; objects of "
+                f"{1000 * LONGEST[0]:.0f} to {1000 * LONGEST[1]:.0f} mm are imported: {REMEDY}"
+            )
+        check_length(longest * scan.metres, f"in the file's unit, {scan.metres:g} m{part}")
+        return scan.metres, "m" if scan.metres == 1 else f"{scan.metres:g} m", ""
+    unit, note = choose_unit(extents, options.units, options.mass, _hull_volume(points))
+    return UNITS[unit], unit, note
 
 
 def _hull_volume(points: Floats) -> float:
@@ -114,20 +149,26 @@ def import_shape(job: Job, out: Path) -> bool:
     options, target = job.options, out / job.name
     folder = Folder(job.root, job.path.parent)
     done = target / "shape.json"
-    if _up_to_date(done, options, folder):
+    if _up_to_date(target, options, folder):
         return False
     if job.path.suffix.lower() in ROBOT_SUFFIXES:
         body = import_robot_file(folder, job.path.name, options)
     else:
         body = import_body(folder, job.path.name, options)
-    mass, why = _mass(body, options)
+    mass, why = choose_mass(body, options)
     body.notes += [why] if why else []
+    if options.density is None:
+        longest = float(np.ptp(body.solid.vertices, axis=0).max())
+        check_density(mass, float(hull(body.solid).volume), longest, DENSITY * float(body.solid.volume))
     centre, inertia = body.centre, body.inertia
     if centre is None or inertia is None:
         centre, inertia = spread_mass(body.solid, mass, options.inertia)
     elif body.mass:
         inertia = inertia * mass / body.mass
+    check_inertia(mass, centre, inertia, body.solid)
     target.mkdir(parents=True, exist_ok=True)
+    for file in (done, target / "object.json"):  # a kill from here on must leave nothing that looks whole
+        file.unlink(missing_ok=True)
     write_visual(
         [VisualPart(p.vertices - centre, p.faces, p.rgb, p.roughness) for p in body.visual],
         target / "visual.glb",
@@ -150,52 +191,13 @@ def import_shape(job: Job, out: Path) -> bool:
         "faces": sum(len(p.faces) for p in body.visual),
         "hulls": len(body.hulls),
         "decomposition": {k: round(v, 5) for k, v in asdict(body.error).items()},
-        "fingerprint": _mark(options, folder, folder.read_files),
-        "import": {"files": sorted(folder.read_files), "spread": options.inertia, "notes": body.notes}
+        "fingerprint": _mark(options, folder, folder.asked),
+        "import": {"files": folder.asked, "place": job.place, "spread": options.inertia, "notes": body.notes}
+        | {"meshes": {f: sha256(target / f) for f in ("visual.glb", "collision.glb")}}
         | body.facts,
     }
-    done.write_text(json.dumps(details, indent=1))
+    write_whole(done, json.dumps(details, indent=1).encode())
     return True
-
-
-def spread_mass(solid: Mesh, mass: float, how: str) -> tuple[Floats, Floats]:
-    """Return the centre of mass (3,) [m] and inertia (3, 3) about it [kg m²].
-
-    Args:
-        solid: closed mesh [m].
-        how: ``solid``, evenly over the volume; ``shell``, evenly over the surface.
-    """
-    if how == "solid":
-        return np.asarray(solid.center_mass), np.asarray(solid.moment_inertia) * mass / solid.volume
-    a, b, c = np.moveaxis(np.asarray(solid.vertices)[solid.faces], 1, 0)
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-    # The mean of a quadratic over a triangle is that over its edges' midpoints.
-    middles = np.stack([a + b, b + c, c + a], axis=1) / 2
-    weights = np.repeat(area / 3, 3) * mass / area.sum()
-    points = middles.reshape(-1, 3)
-    centre = weights @ points / mass
-    offset = points - centre
-    second = (weights[:, None] * offset).T @ offset
-    return centre, np.trace(second) * np.eye(3) - second
-
-
-def _mass(body: Body, options: Options) -> tuple[float, str]:
-    note = ""
-    if options.mass is not None:
-        mass = options.mass
-    elif options.density is not None:
-        mass = options.density * float(body.solid.volume)
-    elif body.mass is not None:
-        mass = body.mass
-    else:
-        mass = DENSITY * float(body.solid.volume)
-        note = f"no mass given: {1000 * mass:.0f} g assumed, from {DENSITY:.0f} kg/m³"
-    if not MASSES[0] <= mass <= MASSES[1]:
-        raise RefusedError(
-            f"a mass of {1000 * mass:.3g} g; {1000 * MASSES[0]:.0f} g to {MASSES[1]:.0f} kg "
-            "can be lifted and simulated: give --mass"
-        )
-    return mass, note
 
 
 def _mark(options: Options, folder: Folder, names: Iterable[str]) -> str:
@@ -210,17 +212,23 @@ def _mark(options: Options, folder: Folder, names: Iterable[str]) -> str:
     return digest.hexdigest()
 
 
-def _up_to_date(done: Path, options: Options, folder: Folder) -> bool:
-    """Return whether the shape stage was done with these options from these very files."""
+def _up_to_date(target: Path, options: Options, folder: Folder) -> bool:
+    """Return whether the shape stage was done with these options from these very files, and whole."""
     try:
-        before = json.loads(done.read_text())
-        return _mark(options, folder, before["import"]["files"]) == before["fingerprint"]
-    except (OSError, ValueError, KeyError, TypeError):
+        before = json.loads((target / "shape.json").read_text())
+        meshes = before["import"]["meshes"]
+        return _mark(options, folder, before["import"]["files"]) == before["fingerprint"] and all(
+            sha256(target / file) == digest for file, digest in meshes.items()
+        )
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return False  # not there, or torn by a kill: made again
 
 
 def import_one(job: Job, out: Path) -> Report:
     """Do both stages, picture and measurements of one object.
+
+    It is made in :data:`STAGING` and takes its place in ``out`` when it is whole, so that a kill leaves
+    the object that was there before, or none.
 
     Raises:
         RefusedError: with the reason, for what cannot be imported.
@@ -228,13 +236,32 @@ def import_one(job: Job, out: Path) -> Report:
     from grasp_bench.workshop.importing.measure import finish
     from grasp_bench.workshop.poses import build_rest
 
-    fresh = import_shape(job, out)
-    fresh |= build_rest(out / job.name, seen=True)
-    fresh |= finish(out / job.name)
-    details = json.loads((out / job.name / "object.json").read_text())
-    if not any(p["grasps"] for p in details["poses"]):
-        raise RefusedError(f"no grasp fits the gripper in any of its {len(details['poses'])} resting poses")
-    return Report(job.name, "imported" if fresh else "up to date", details=details)
+    target, made = out / job.name, out / STAGING / job.name
+    before = _details(target)
+    if before is not None and _up_to_date(target, job.options, Folder(job.root, job.path.parent)):
+        fresh = build_rest(target, seen=True) | finish(target)
+        return Report(job.name, "imported" if fresh else "up to date", details=_details(target) or before)
+    if _details(made) is None:
+        (made / "object.json").unlink(missing_ok=True)  # torn
+    import_shape(job, out / STAGING)
+    build_rest(made, seen=True)
+    finish(made)
+    if target.exists():
+        shutil.rmtree(target)
+    made.rename(target)
+    details = json.loads((target / "object.json").read_text())
+    was = "" if before is None else str(before.get("import", {}).get("place", ""))
+    replaced = was if was and job.place and was != job.place else ""
+    return Report(job.name, "imported", details=details, replaced=replaced)
+
+
+def _details(folder: Path) -> dict[str, Any] | None:
+    """Return the content of a folder's ``object.json``; None where it is not there, or torn."""
+    try:
+        found = json.loads((folder / "object.json").read_text())
+    except (OSError, ValueError):
+        return None
+    return found if isinstance(found, dict) else None
 
 
 def import_all(jobs: Sequence[Job], out: Path, workers: int, timeout: float) -> Iterator[Report]:
@@ -260,8 +287,10 @@ def import_all(jobs: Sequence[Job], out: Path, workers: int, timeout: float) -> 
                     why = f"its process died ({error.exitcode}): the mesh upset a library"
                 except Exception as error:  # one bad object must not stop the others
                     why = str(error) or type(error).__name__
-                (out / name / "object.json").unlink(missing_ok=True)  # of an earlier, sounder file
+                for folder in (out, out / STAGING):
+                    (folder / name / "object.json").unlink(missing_ok=True)  # of an earlier, sounder file
                 yield Report(name, "failed", why)
         except BaseException:  # interrupted: leaving the pool would wait for all that is queued
             pool.stop()
             raise
+    shutil.rmtree(out / STAGING, ignore_errors=True)

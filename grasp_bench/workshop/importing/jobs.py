@@ -4,24 +4,35 @@ from __future__ import annotations
 
 import csv
 import json
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from grasp_bench.errors import GraspBenchError, UnknownNameError
 from grasp_bench.objects.catalog import MANIFEST
 from grasp_bench.workshop.importing.body import Options
-from grasp_bench.workshop.importing.folder import RefusedError, clean_name, find_objects, read_plain
-from grasp_bench.workshop.importing.importer import FAMILY, MASSES, Job
+from grasp_bench.workshop.importing.discovery import find_objects
+from grasp_bench.workshop.importing.folder import RefusedError, read_plain
+from grasp_bench.workshop.importing.importer import FAMILY, Job
+from grasp_bench.workshop.importing.masses import MASSES
+from grasp_bench.workshop.importing.naming import clean_name
 from grasp_bench.workshop.importing.repair import HOLES
-from grasp_bench.workshop.importing.units import UNITS
+from grasp_bench.workshop.importing.units import LONGEST, UNITS
 
 FRICTIONS = (0.05, 2.0)
 
 
+@dataclass(frozen=True)
+class Plan:
+    """The objects to import, and what is to be said of those that are left out or renamed."""
+
+    jobs: list[Job]
+    notes: list[str]
+
+
 def plan_jobs(
     path: Path, out: Path, *, name: str | None = None, masses: Path | None = None, **settings: Any
-) -> list[Job]:
+) -> Plan:
     """Plan the jobs for a file or folder.
 
     Args:
@@ -37,23 +48,37 @@ def plan_jobs(
     options = Options(**settings)
     _check(options, masses)
     _check_target(out)
-    found = find_objects(path)
-    if name is not None:
-        if len(found) > 1:
-            raise GraspBenchError(f"--name is for one object, but {path} holds {len(found)}.")
-        found = [(clean_name(name), *found[0][1:])]
-    if options.mass is not None and len(found) > 1:
+    found = find_objects(path, name)
+    count = len(found.objects)
+    if options.mass is not None and count > 1:
         raise GraspBenchError(
-            f"--mass is for one object, but {path} holds {len(found)}; give --masses or --density."
+            f"--mass is for one object, but {path} holds {count}; give --masses or --density."
         )
+    if options.length is not None and count > 1:
+        raise GraspBenchError(f"--length is for one object, but {path} holds {count}; give --scale.")
     table = {} if masses is None else read_masses(masses)
-    unknown = sorted(set(table) - {n for n, _, _ in found})
-    if unknown and len(unknown) == len(table):
-        raise UnknownNameError(f"object in {masses}:", unknown[0], [n for n, _, _ in found])
-    return [
-        Job(label, file, root, replace(options, mass=table.get(label, options.mass)))
-        for label, file, root in found
-    ]
+    names = [n for n, _, _ in found.objects]
+    unknown = [n for n in table if n not in names]
+    if unknown:
+        raise UnknownNameError(f"object in {masses}, line {table[unknown[0]].line}:", unknown[0], names)
+    notes = list(found.notes)
+    without = [n for n in names if n not in table]
+    if table and without:
+        shown = ", ".join(without[:8]) + (" …" if len(without) > 8 else "")
+        notes.append(f"{masses} has no mass for {shown}: assumed")
+    return Plan(
+        [
+            Job(
+                label,
+                file,
+                root,
+                replace(options, mass=table[label].mass if label in table else options.mass),
+                str(file),
+            )
+            for label, file, root in found.objects
+        ],
+        notes,
+    )
 
 
 def _check(options: Options, masses: Path | None) -> None:
@@ -73,6 +98,17 @@ def _check(options: Options, masses: Path | None) -> None:
         )
     if options.density is not None and not 1 <= options.density <= 25_000:
         raise GraspBenchError(f"--density {options.density:g} is not that of a solid; 1 to 25000 kg/m³.")
+    if sum((options.units != "auto", options.length is not None, options.scale is not None)) > 1:
+        raise GraspBenchError("Give one of --units, --length and --scale.")
+    if options.length is not None and not LONGEST[0] <= options.length <= LONGEST[1]:
+        metres = f"; {options.length:g} mm are {options.length / 1000:g}" if options.length > 1 else ""
+        raise GraspBenchError(
+            f"--length {options.length:g} is not between {LONGEST[0]:g} and {LONGEST[1]:g} metres{metres}."
+        )
+    if options.scale is not None and not 1e-6 <= options.scale <= 1e6:
+        raise GraspBenchError(
+            f"--scale {options.scale:g}: the metres that the file's unit is, 0.001 for millimetres."
+        )
     if not FRICTIONS[0] <= options.friction <= FRICTIONS[1]:
         raise GraspBenchError(
             f"--friction {options.friction:g} is not between {FRICTIONS[0]:g} and {FRICTIONS[1]:g}."
@@ -93,8 +129,16 @@ def _check_target(out: Path) -> None:
             raise GraspBenchError(f"{out} holds objects that were not imported; choose another --out.")
 
 
-def read_masses(path: Path) -> dict[str, float]:
-    """Read masses [kg] by object name.
+@dataclass(frozen=True)
+class Weighed:
+    """A mass [kg] and the line of the table that gives it."""
+
+    mass: float
+    line: int
+
+
+def read_masses(path: Path) -> dict[str, Weighed]:
+    """Read masses by object name.
 
     Raises:
         GraspBenchError: naming the line at fault.
@@ -108,13 +152,16 @@ def read_masses(path: Path) -> dict[str, float]:
     rows = csv.DictReader(text.splitlines())
     if not {"name", "mass_kg"} <= set(rows.fieldnames or ()):
         raise GraspBenchError(f"{path} must start with the line name,mass_kg.")
-    table = {}
+    table: dict[str, Weighed] = {}
     for row in rows:
         try:
             mass = float(row["mass_kg"])
             if not MASSES[0] <= mass <= MASSES[1]:
                 raise ValueError(f"{MASSES[0]:g} to {MASSES[1]:g} kg can be lifted and simulated")
-            table[clean_name(row["name"])] = mass
+            name = clean_name(row["name"])
+            if name in table:
+                raise ValueError(f"{name} is there twice, first in line {table[name].line}")
+            table[name] = Weighed(mass, rows.line_num)
         except (TypeError, ValueError, AttributeError, RefusedError) as error:
             raise GraspBenchError(f"{path}, line {rows.line_num}: {error}.") from error
     return table

@@ -19,14 +19,19 @@ from scipy.spatial import cKDTree
 
 from grasp_bench.objects.catalog import VisualPart
 from grasp_bench.system.arrays import Floats, Ints
+from grasp_bench.workshop.importing.obj_text import map_options
 
 MAX_COLORS = 28
 MAX_FACES = 60_000
 """Greatest number of faces of the coloured mesh, after splitting."""
 DETAIL = 0.0025
 """Edges of painted faces are split to this length [m], or longer to keep below :data:`MAX_FACES`."""
-LEAST_FACES = 12
-"""Fewer faces of a colour than this go to the nearest other colour."""
+LEAST_AREA, LEAST_SHARE = 25e-6, 0.01
+"""Colours of less area than this [m²], and of less than this share of all, go to the nearest other colour."""
+CHUNK = 60_000
+"""Greatest number of faces of a part: MuJoCo reads meshes of at most 200 000."""
+WEIGHED = 50_000
+"""Pixels by which the colours of the whole surface are weighed."""
 PLAIN = (0.62, 0.62, 0.60)
 """Colour of a mesh without colours, in [0, 1]."""
 SAMPLES = np.array([[1, 1, 1], [4, 1, 1], [1, 4, 1], [1, 1, 4]], float) / [[3], [6], [6], [6]]
@@ -87,7 +92,8 @@ def read_paint(mesh: trimesh.Trimesh, picture: Image.Image | None = None) -> Pai
         material = visual.material
         image = getattr(material, "baseColorTexture", None)
         image = getattr(material, "image", None) if image is None else image
-        image = picture if image is None else image
+        if getattr(image, "format", None) is None:  # trimesh's own grey square where there is no picture
+            image = picture
         factor = getattr(material, "baseColorFactor", None)
         if factor is None and image is None:
             factor = getattr(material, "diffuse", None)
@@ -99,7 +105,8 @@ def read_paint(mesh: trimesh.Trimesh, picture: Image.Image | None = None) -> Pai
         if image is not None and coordinates is not None and len(coordinates) == len(mesh.vertices):
             found = np.asarray(coordinates, float)[mesh.faces][..., :2]
             if np.isfinite(found).all():
-                uv, texture[:] = found, 0
+                _, scale, offset = map_options(str(image.info.get("file_path", "")))
+                uv, texture[:] = found * scale + offset, 0
                 pictures.append(np.asarray(image.convert("RGB")))
                 if factor is None:
                     corner_rgb[:] = 1.0
@@ -169,9 +176,12 @@ def bake(vertices: Floats, faces: Ints, source: Ints, paint: Paint) -> list[Visu
         centres = vertices[faces].mean(1)
         nearest = cKDTree(centres[painted]).query(centres[added])[1] if len(painted) else None
         rgb[added] = PLAIN if nearest is None else rgb[painted[nearest]]
+    corners = vertices[faces]
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
     return [
-        VisualPart(*_compact(vertices, faces[label]), color, paint.roughness)
-        for color, label in _palette(rgb)
+        VisualPart(*_compact(vertices, faces[label[i : i + CHUNK]]), color, paint.roughness)
+        for color, label in _palette(rgb, areas)
+        for i in range(0, len(label), CHUNK)
     ]
 
 
@@ -180,15 +190,22 @@ def _compact(vertices: Floats, faces: Ints) -> tuple[Floats, NDArray[np.int32]]:
     return vertices[used], index.reshape(-1, 3).astype(np.int32)
 
 
-def _palette(rgb: Floats) -> list[tuple[tuple[float, float, float], Ints]]:
-    """Return colours, and the faces of each."""
+def _palette(rgb: Floats, areas: Floats) -> list[tuple[tuple[float, float, float], Ints]]:
+    """Return colours, and the faces of each, the largest area first."""
     pixels = np.round(rgb * 255).astype(np.uint8)
-    kinds = len(np.unique(pixels, axis=0))
-    picture = Image.fromarray(pixels[None])
-    index = np.asarray(picture.quantize(min(MAX_COLORS, kinds), Image.Quantize.MEDIANCUT, kmeans=3))[0]
-    labels = sorted(set(index.tolist()), key=lambda k: -int((index == k).sum()))
+    kinds, index = np.unique(pixels, axis=0, return_inverse=True)
+    index = index.reshape(-1)
+    total = float(areas.sum()) or 1.0
+    if len(kinds) > MAX_COLORS:
+        # A face counts by its area, not as one: large faces of a plain colour are few.
+        counts = np.maximum(1, np.round(WEIGHED * areas / total)).astype(int)
+        weighed = Image.fromarray(np.repeat(pixels, counts, axis=0)[None])
+        quantized = weighed.quantize(MAX_COLORS, Image.Quantize.MEDIANCUT, kmeans=3)
+        index = np.asarray(quantized)[0][np.cumsum(counts) - counts]
+    area = {k: float(areas[index == k].sum()) for k in np.unique(index).tolist()}
+    labels = sorted(area, key=lambda k: -area[k])
     means = {k: rgb[index == k].mean(0) for k in labels}
-    large = [k for k in labels if (index == k).sum() >= LEAST_FACES] or labels[:1]
+    large = [k for k in labels if area[k] >= min(LEAST_AREA, LEAST_SHARE * total)] or labels[:1]
     into = {
         k: k if k in large else min(large, key=lambda m: float(np.abs(means[m] - means[k]).sum()))
         for k in labels

@@ -8,6 +8,7 @@ defaults, primitives and inertias mean exactly what they mean there.
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -19,11 +20,14 @@ from grasp_bench.workshop.importing import paint as painting
 from grasp_bench.workshop.importing.body import Body, Options
 from grasp_bench.workshop.importing.convex import beyond, decompose_whole
 from grasp_bench.workshop.importing.folder import Folder, RefusedError
+from grasp_bench.workshop.importing.plausible import check_inertia
 from grasp_bench.workshop.importing.repair import mend
+from grasp_bench.workshop.importing.robot_inertia import drop_masses, settle_inertials
 from grasp_bench.workshop.importing.robot_parts import MeshFiles, Piece, piece_of, textures_of
-from grasp_bench.workshop.importing.robot_xml import check_rigid, free_urdf, parse, strip
+from grasp_bench.workshop.importing.robot_xml import check_rigid, free_urdf, gather_world, parse, strip
 from grasp_bench.workshop.importing.solid import solidify
-from grasp_bench.workshop.importing.units import LONGEST, check_size
+from grasp_bench.workshop.importing.textures import Textures
+from grasp_bench.workshop.importing.units import check_length, check_size
 from grasp_bench.workshop.shapes import Mesh, hull, union
 
 CONVEX = 1.10
@@ -38,31 +42,37 @@ def import_robot_file(folder: Folder, name: str, options: Options) -> Body:
     """
     tree = parse(folder.read(name), name)
     notes: list[str] = []
-    textures = textures_of(tree, folder) if tree.tag == "mujoco" else {}
+    pictures = Textures(folder)
+    textures = textures_of(tree, pictures) if tree.tag == "mujoco" else {}
     files = MeshFiles(tree, folder, textures)
+    notes += [*pictures.notes, *files.notes]
     check_rigid(tree)
+    inertials = settle_inertials(tree, notes)
     if tree.tag == "robot":
         free_urdf(tree)
+    else:
+        gather_world(tree, notes)
     strip(tree, notes)
-    try:
-        text = ET.tostring(tree, encoding="unicode")
-        model = mujoco.MjSpec.from_string(text, assets=files.assets).compile()
-    except ValueError as error:
-        raise RefusedError(f"MuJoCo does not compile {name}: {str(error)[:200]}") from error
+    model = _compile(tree, files, name, notes)
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
+    factor = 1.0 if options.scale is None else options.scale
     pieces = [piece_of(model, data, g, files) for g in range(model.ngeom)]
     if not pieces:
         raise RefusedError(f"{name} describes no shape")
-    shown = [p for p in pieces if not p.collides] or pieces
-    solid_ones = [p for p in pieces if p.collides] or pieces
+    shown = [p for p in pieces if not p.collides] or list(pieces)
+    solid_ones = [p for p in pieces if p.collides] or list(pieces)
     extents = np.ptp(np.vstack([p.vertices for p in pieces]), axis=0)
-    if not LONGEST[0] <= extents.max() <= LONGEST[1]:
-        raise RefusedError(
-            f"{1000 * extents.max():.3g} mm long; objects of {1000 * LONGEST[0]:.0f} to "
-            f"{1000 * LONGEST[1]:.0f} mm are imported (both formats are in metres)"
-        )
+    if options.length is not None:
+        factor = options.length / float(extents.max())
+    if factor != 1:
+        for group in (shown, solid_ones):
+            group[:] = [replace(p, vertices=p.vertices * factor) for p in group]
+        extents = extents * factor
+    check_length(
+        float(extents.max()), "(both formats are in metres; --scale 0.001 for meshes in millimetres)"
+    )
     check_size(extents)
     hulls = _hulls(solid_ones, notes)
     solid = _solid(shown, hulls, notes, options)
@@ -81,7 +91,29 @@ def import_robot_file(folder: Folder, name: str, options: Options) -> Body:
         e.tag == "inertial" or (e.tag == "geom" and {"mass", "density"} & set(e.keys())) for e in tree.iter()
     ):
         body.mass, body.centre, body.inertia = _mass_properties(model, data)
+        if body.centre is not None and body.inertia is not None:
+            body.centre, body.inertia = body.centre * factor, body.inertia * factor**2
+        for mass, inertia in inertials.suspects:
+            check_inertia(mass, np.asarray(solid.center_mass), inertia * factor**2, solid)
+        if inertials.spread or inertials.suspects:
+            body.centre = body.inertia = None
     return body
+
+
+def _compile(tree: ET.Element, files: MeshFiles, name: str, notes: list[str]) -> mujoco.MjModel:
+    """Compile a stripped description; a mass of 0 altogether is taken as not given."""
+    for last in (False, True):
+        try:
+            text = ET.tostring(tree, encoding="unicode")
+            return mujoco.MjSpec.from_string(text, assets=files.assets).compile()
+        except ValueError as error:
+            if "mjMINVAL" in str(error) and not last:
+                notes.append("its mass or inertia is 0: taken as not given")
+                drop_masses(tree)
+                continue
+            plain = " ".join(str(error).split())
+            raise RefusedError(f"MuJoCo does not compile {name}: {plain[:200]}") from error
+    raise AssertionError("unreachable")
 
 
 def _hulls(pieces: list[Piece], notes: list[str]) -> list[Mesh]:

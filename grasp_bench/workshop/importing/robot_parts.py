@@ -6,9 +6,9 @@ compiled model.
 
 from __future__ import annotations
 
-import io
+import os
 import xml.etree.ElementTree as ET
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import PurePosixPath
 
 import mujoco
@@ -19,10 +19,15 @@ from PIL import Image
 
 from grasp_bench.scene.builder import stl_bytes
 from grasp_bench.system.arrays import Floats
-from grasp_bench.workshop.importing.folder import Folder, RefusedError, check_image
+from grasp_bench.workshop.importing.discovery import locate_mesh
+from grasp_bench.workshop.importing.folder import Folder, RefusedError
 from grasp_bench.workshop.importing.paint import Paint
 from grasp_bench.workshop.importing.readers import Scan, read_mesh
-from grasp_bench.workshop.importing.robot_xml import settings
+from grasp_bench.workshop.importing.robot_xml import mesh_folder, settings
+from grasp_bench.workshop.importing.textures import Textures
+
+MAX_MESH_FACES = 200_000
+"""What MuJoCo reads of one mesh file at most."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +40,8 @@ class Piece:
     collides: bool
 
 
-def textures_of(tree: ET.Element, folder: Folder) -> dict[str, Image.Image]:
-    """Read the pictures by material name."""
+def textures_of(tree: ET.Element, textures: Textures) -> dict[str, Image.Image]:
+    """Read the pictures by material name; those that cannot be read are noted."""
     compiler = settings(tree)
     base = compiler.get("texturedir", compiler.get("assetdir", ""))
     files = {
@@ -50,12 +55,10 @@ def textures_of(tree: ET.Element, folder: Folder) -> dict[str, Image.Image]:
         file = files.get(name) if name is not None else None
         if file is None:
             continue
-        try:
-            content = folder.read(str(PurePosixPath(base) / file))
-        except FileNotFoundError:
-            continue
-        check_image(content, file)
-        pictures[str(material.get("name"))] = Image.open(io.BytesIO(content))
+        content = textures.find(str(PurePosixPath(base) / file))
+        picture = None if content is None else textures.image(content, file)
+        if picture is not None:
+            pictures[str(material.get("name"))] = picture
     return pictures
 
 
@@ -65,20 +68,21 @@ class MeshFiles:
     Attributes:
         assets: STL bytes by new name, for MuJoCo.
         scans: the meshes by their name (MJCF) or new name's stem (URDF).
+        notes: what was found elsewhere, or is missing.
     """
 
     def __init__(self, tree: ET.Element, folder: Folder, textures: dict[str, Image.Image]) -> None:
         self.assets: dict[str, bytes] = {}
         self.scans: dict[str, Scan] = {}
+        self.notes: list[str] = []
         self._folder = folder
-        compiler = settings(tree)
-        base = compiler.get("meshdir", compiler.get("assetdir", "")) if tree.tag == "mujoco" else ""
+        base = mesh_folder(tree)
         key = "file" if tree.tag == "mujoco" else "filename"
         used_with = {g.get("mesh"): textures.get(str(g.get("material"))) for g in tree.iter("geom")}
         for i, element in enumerate(e for e in list(tree.iter("mesh")) if e.get(key) is not None):
             given = str(element.get(key))
             label = element.get("name", PurePosixPath(given).stem) if tree.tag == "mujoco" else f"mesh{i}"
-            scan = self._read(PurePosixPath(base), given, used_with.get(label))
+            scan = self._read(base, given, used_with.get(label))
             new = f"mesh{i}.stl"
             self.assets[new] = stl_bytes(scan.vertices, scan.faces)
             element.set(key, new)
@@ -87,16 +91,22 @@ class MeshFiles:
                 element.attrib.pop("content_type", None)
             self.scans[label] = scan
 
-    def _read(self, base: PurePosixPath, given: str, picture: Image.Image | None) -> Scan:
-        if given.startswith("package://"):
-            rest = PurePosixPath(given.removeprefix("package://"))
-            tries = [str(rest), str(PurePosixPath(*rest.parts[1:]))]
-        else:
-            tries = [str(base / given)]
-        for name in tries:
-            if self._folder.path(name).is_file():
-                return read_mesh(self._folder, name, picture)
-        raise RefusedError(f"the mesh file {given!r} is not inside the folder")
+    def _read(self, base: str, given: str, picture: Image.Image | None) -> Scan:
+        found = locate_mesh(self._folder, base, given)
+        if found is None:
+            raise RefusedError(
+                f"the mesh file {given!r} is not inside the imported folder; import one that holds both"
+            )
+        path, note = found
+        scan = read_mesh(self._folder, os.path.relpath(path, self._folder.base), picture)
+        self.notes += [n for n in (note, *scan.notes) if n and n not in self.notes]
+        if len(scan.faces) > MAX_MESH_FACES:
+            raise RefusedError(
+                f"{path.name} has {len(scan.faces)} faces; at most {MAX_MESH_FACES} are read of a mesh "
+                "that is part of a description: simplify it first"
+            )
+        # As in RViz and Gazebo: a DAE file's unit counts, its upward axis does not.
+        return replace(scan, vertices=scan.vertices * scan.metres) if scan.metres else scan
 
 
 def piece_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int, files: MeshFiles) -> Piece:

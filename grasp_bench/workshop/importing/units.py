@@ -7,12 +7,15 @@ from numpy.typing import NDArray
 
 from grasp_bench.workshop.importing.folder import RefusedError
 
-UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 LONGEST = (0.005, 0.6)
 """The longest side of what a table-top gripper can be asked to grasp [m]."""
 THINNEST = 0.0003
 DENSITIES = (15.0, 12_000.0)
 """From a hollow plastic toy to solid lead [kg/m³], by the volume of the convex hull."""
+NORMALISED = (LONGEST[1], 1.2)
+"""Without a mass, a mesh whose longest side is between these is taken to have been scaled to the length 1."""
+REMEDY = "give its longest side with --length METRES, or its unit with --units"
 
 
 def choose_unit(
@@ -31,35 +34,48 @@ def choose_unit(
     """
     longest = float(extents.max())
     if unit != "auto":
-        if not LONGEST[0] <= longest * UNITS[unit] <= LONGEST[1]:
-            raise RefusedError(
-                f"{1000 * longest * UNITS[unit]:.3g} mm long with --units {unit}; objects of "
-                f"{1000 * LONGEST[0]:.0f} to {1000 * LONGEST[1]:.0f} mm are imported"
-            )
+        check_length(longest * UNITS[unit], f"with --units {unit}")
         return unit, ""
     possible = [u for u, s in UNITS.items() if LONGEST[0] <= longest * s <= LONGEST[1]]
     if not possible:
         raise RefusedError(
             f"its longest side, {longest:.4g}, is not {1000 * LONGEST[0]:.0f} to "
-            f"{1000 * LONGEST[1]:.0f} mm in any of {', '.join(UNITS)}"
+            f"{1000 * LONGEST[1]:.0f} mm in any of {', '.join(UNITS)}; {REMEDY}"
         )
-    weighed = (
-        possible
-        if mass is None
-        else [
-            u
-            for u in possible
-            if DENSITIES[0] <= mass / max(hull_volume * UNITS[u] ** 3, 1e-12) <= DENSITIES[1]
-        ]
-    )
-    likely = weighed or possible
     # Metres are what scanners and robotics write, millimetres what CAD does; centimetres are rarer,
-    # and what would be below 10 mm long is more likely in centimetres.
-    order = ("m", "mm", "cm") if longest >= 10 else ("m", "cm", "mm")
+    # and what would be below 10 mm long is more likely in centimetres. Inches need a mass to be guessed.
+    order = ("m", "mm", "cm", "in") if longest >= 10 else ("m", "cm", "mm", "in")
+    likely = possible
+    if mass is not None:
+        density = {u: mass / max(hull_volume * UNITS[u] ** 3, 1e-12) for u in possible}
+        likely = [u for u in possible if DENSITIES[0] <= density[u] <= DENSITIES[1]]
+        if not likely:
+            told = ", ".join(
+                f"{1000 * longest * UNITS[u]:.3g} mm and {density[u]:.1g} kg/m³ in {u}" for u in possible
+            )
+            raise RefusedError(f"{1000 * mass:.3g} g make no sense in any unit ({told}): {REMEDY}")
+    elif NORMALISED[0] < longest <= NORMALISED[1]:
+        raise RefusedError(
+            f"its longest side is {longest:.4g}, as of a mesh that was scaled to the length 1 and has no "
+            f"unit: {REMEDY}, or its mass with --mass"
+        )
     chosen = next(u for u in order if u in likely)
     others = [f"{u} would make it {1000 * longest * UNITS[u]:.0f} mm" for u in possible if u != chosen]
     note = f"taken to be in {chosen}: {1000 * longest * UNITS[chosen]:.0f} mm long"
     return chosen, note + (f" ({', '.join(others)}; --units decides)" if others else "")
+
+
+def check_length(longest: float, how: str) -> None:
+    """Refuse a longest side [m] that no table-top object has; ``how`` it came about.
+
+    Raises:
+        RefusedError: with the length.
+    """
+    if not LONGEST[0] <= longest <= LONGEST[1]:
+        raise RefusedError(
+            f"{1000 * longest:.3g} mm long {how}; objects of {1000 * LONGEST[0]:.0f} to "
+            f"{1000 * LONGEST[1]:.0f} mm are imported: {REMEDY}"
+        )
 
 
 def check_size(extents: NDArray[np.float64]) -> None:

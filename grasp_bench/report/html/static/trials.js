@@ -40,7 +40,8 @@
 
   // ------------------------------------------------------------ grid
   const PAGE = 60;
-  const later = (t) => (t.success ? 1 : runs[t.run].control ? 2 : 0);   // controls are meant to fail
+  const contested = () => picked.some((i) => !runs[i].control);
+  const later = (t) => (t.success ? 1 : runs[t.run].control && contested() ? 2 : 0);   // controls are meant to fail
   const SORTS = {
     failures: ["Failures first", (t) => [later(t), order.indexOf(t.run), t.trial]],
     trial: ["Trial", (t) => [t.trial, t.run]],

@@ -1,0 +1,55 @@
+"""Whether the oracle's run is an upper bound: it lifts nearly everything, and no run of its trials more."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from grasp_bench.doctor.checks import Check, State
+from grasp_bench.report.firmness import same_conditions
+from grasp_bench.runs.info import RUN
+from grasp_bench.runs.results import RunResults
+
+ORACLE = "oracle"
+LEAST_RATE = 899 / 900
+"""What an upper bound lifts on single objects."""
+
+
+def check_bound(folder: Path) -> list[Check]:
+    """Check a run against those in the same folder of runs, if it is the oracle's; else return nothing."""
+    run = RunResults(folder)
+    if run.predictor != ORACLE or not len(run):
+        return []
+    beside = (p.parent for p in sorted(folder.resolve().parent.glob(f"*/{RUN}")))
+    return [upper_bound(run, map(RunResults, beside))]
+
+
+def upper_bound(oracle: RunResults, others: Iterable[RunResults]) -> Check:
+    """Check that a run of the oracle lifts at least 899 of 900, and at least as much as any other run.
+
+    Args:
+        oracle: the run.
+        others: runs to hold it against; those of other trials are passed over.
+    """
+    rivals = [
+        run
+        for run in others
+        if len(run) and run.folder.resolve() != oracle.folder.resolve() and same_conditions(run, oracle)
+    ]
+    lifted = oracle.lifted
+    better = []
+    for run in rivals:
+        common = {(r.trial, r.object): r.success for r in run.records}
+        both = [
+            (r.success, common[r.trial, r.object]) for r in oracle.records if (r.trial, r.object) in common
+        ]
+        if sum(theirs for _, theirs in both) > sum(ours for ours, _ in both):
+            better.append(run.predictor)
+    held = f"the oracle lifts {lifted.successes} of {lifted.trials}"
+    if better:
+        return Check("Upper bound", State.BAD, f"{held}, and {', '.join(better)} more of the same trials")
+    against = f" and at least as much as {len(rivals)} others of these trials" if rivals else ""
+    if lifted.rate < LEAST_RATE and not oracle.info.cluttered:
+        lost = ", ".join(r.object for r in oracle.records if not r.success)
+        return Check("Upper bound", State.NOTE, f"{held}{against}; no bound for {lost}")
+    return Check("Upper bound", State.OK, f"{held}{against}: it is one")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -57,11 +58,15 @@ def load(settings: Settings) -> None:
     )
 
 
-def do(job: Job) -> Answer:
-    """Do one trial; NotStarted when this worker could not start."""
+def do(job: Job, how: Callable[..., Answer] | None = None) -> Answer:
+    """Do one trial; NotStarted when this worker could not start.
+
+    Args:
+        how: does it, given what :func:`attempt` is given, which does by default.
+    """
     if "broken" in _worker:
         raise NotStarted(_worker["broken"])
-    return attempt(job, **_worker)
+    return (how or attempt)(job, **_worker)
 
 
 def attempt(job: Job, settings: Settings, catalog: Catalog, cell: Workcell, predictor: Predictor) -> Answer:

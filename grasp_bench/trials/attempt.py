@@ -122,7 +122,9 @@ def attempt(
         if not done.grasps:
             return ended(Outcome.NO_GRASP, "the predictor proposed no grasp")
         with clock.phase("plan"):
-            scene = SeenScene(image, cell.camera.pose, cell.camera.directions)  # as the robot believes
+            exact = RgbdImage(picture.rgb, picture.depth, camera.intrinsics)
+            heights = exact if cell.true_heights else image
+            scene = SeenScene(heights, cell.camera.pose, cell.camera.directions)  # as the robot believes
             choice = choose_grasp(cell.planner, scene, done.grasps)
         rank, grasp = choice.rank, done.grasps[choice.rank]
         aim = _meant(grasp, picture, world, camera)

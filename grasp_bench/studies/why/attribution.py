@@ -7,7 +7,6 @@ cause of a set the same share of the set's. docs/why.md says why this and not Sh
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -38,11 +37,11 @@ class Explanation:
         """The failure's share of each cause, adding up to 1; all of it :data:`UNEXPLAINED` without a set."""
         if not self.sets:
             return {UNEXPLAINED: 1.0}
-        shares: Counter[str] = Counter()
+        shares = dict.fromkeys(KEYS, 0.0)
         for removed in self.sets:
             for key in removed:
                 shares[key] += 1 / len(self.sets) / len(removed)
-        return {key: shares[key] for key in KEYS if key in shares}
+        return {key: share for key, share in shares.items() if share}
 
 
 def first_success(
@@ -73,11 +72,12 @@ def _needless(removed: Removed, won: Sequence[Removed]) -> bool:
 
 def shares(explained: Iterable[Explanation]) -> dict[str, float]:
     """Return how many failures fall to each cause, the greatest first; ties in the order of the causes."""
-    total: Counter[str] = Counter()
+    total = dict.fromkeys([*KEYS, UNEXPLAINED], 0.0)
     for explanation in explained:
-        total.update(explanation.credit)
-    order = [*KEYS, UNEXPLAINED]
-    return dict(sorted(total.items(), key=lambda item: (-round(item[1], 9), order.index(item[0]))))
+        for key, share in explanation.credit.items():
+            total[key] += share
+    found = [(key, share) for key, share in total.items() if share]
+    return dict(sorted(found, key=lambda item: -round(item[1], 9)))
 
 
 def first_cause(explanation: Explanation, run: Mapping[str, float]) -> str:

@@ -50,7 +50,7 @@ CAUSES: tuple[Cause, ...] = (
     Cause("colours", "colours", "the colour picture has neither noise nor a wrong exposure, in full light"),
     Cause("place", "place", "the predicted grasps' centres are those of the nearest reference grasp"),
     Cause("angle", "angle", "the predicted grasps' angles are those of the nearest reference grasp"),
-    Cause("width", "width", "the predicted grasps' jaws open as far as those of the nearest reference grasp"),
+    Cause("width", "width", "the jaws open as the nearest reference grasp does, or as the place needs"),
     Cause(
         "grasp",
         "whole grasp",

@@ -56,21 +56,36 @@ class Counterfactuals:
         ).record
 
     def without(self, removed: Removed) -> TrialRecord:
-        """Do the trial again without some causes, and return its record."""
-        if "calibration" not in removed and self._camera is None:
+        """Do the trial again without some causes, and return its record.
+
+        Without its width, a grasp has the reference grasp's; where that does not save a trial whose grasp is
+        carried out as predicted, the one that the planner finds to be needed, as reference grasps are few and
+        elsewhere it may take another width.
+        """
+        scenario = easier(self._cell.scenario, removed)
+        record = self._again(scenario, removed)
+        if "width" not in removed or record.success or scenario.execution.assisted:
+            return record
+        opened = Execution(protocol="assisted", proposals=1)
+        widened = self._again(scenario.model_copy(update={"execution": opened}), removed - {"width"})
+        return widened if widened.success else record
+
+    def _again(self, scenario: Scenario, removed: Removed) -> TrialRecord:
+        exact = "calibration" in removed
+        if not exact and self._camera is None:
             self._camera = self._cell.true_camera(self._streams)  # one of a trial's own is slow to make
-        cell = _Variant(self._cell, removed, None if "calibration" in removed else self._camera)
-        robot = cell.planner.robot
+        cell = _Variant(self._cell, scenario, removed, None if exact else self._camera)
+        robot = self._cell.planner.robot
 
         def build() -> World:
-            model = compile_scene(self._cell.scenario, self._model, self._cell.planner.robot)
-            alter(model, self._cell.planner.robot, removed)
-            return World(model, cell.scenario, robot=robot)
+            model = compile_scene(self._cell.scenario, self._model, robot)
+            alter(model, robot, removed)
+            return World(model, scenario, robot=cell.planner.robot)
 
         table = Table(
             [self._model],
             build=build,
-            settle=lambda world: put_down(world, self._model, cell.scenario, self._streams(Purpose.POSE)),
+            settle=lambda world: put_down(world, self._model, scenario, self._streams(Purpose.POSE)),
             alone=True,
         )
         parts = PARTS if "grasp" in removed else removed & PARTS
@@ -81,10 +96,12 @@ class Counterfactuals:
 class _Variant(Workcell):
     """A workcell like another, with some causes of failures removed; it shares the other's cameras."""
 
-    def __init__(self, cell: Workcell, removed: Removed, camera: SceneCamera | None) -> None:
+    def __init__(
+        self, cell: Workcell, scenario: Scenario, removed: Removed, camera: SceneCamera | None
+    ) -> None:
         self.__dict__.update(vars(cell))
         self._true = camera or cell.camera
-        self.scenario = easier(cell.scenario, removed)
+        self.scenario = scenario
         self.true_heights = "height" in removed
         robot = thinner(cell.planner.robot) if "fingers" in removed else cell.planner.robot
         self.planner = cell.planner.varied(self.scenario, robot)
@@ -103,7 +120,7 @@ def easier(scenario: Scenario, removed: Removed) -> Scenario:
         changes["calibration"] = Calibration()
     if "help" in removed:
         other = "as-predicted" if scenario.execution.assisted else "assisted"
-        changes["execution"] = Execution(**scenario.execution.model_dump() | {"protocol": other})
+        changes["execution"] = scenario.execution.model_copy(update={"protocol": other})
     return scenario.model_copy(update=changes)
 
 

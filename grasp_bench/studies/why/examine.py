@@ -15,6 +15,7 @@ from grasp_bench.replay.verdict import Verdict, verdict
 from grasp_bench.runs.jobs import Job, Settings
 from grasp_bench.runs.record import Timings, TrialRecord
 from grasp_bench.scenario.outcomes import Outcome
+from grasp_bench.scenario.sections import Scenario
 from grasp_bench.studies.why.attribution import first_success
 from grasp_bench.studies.why.causes import UNCHANGED, Removed, applying, ordered
 from grasp_bench.studies.why.counterfactual import Counterfactuals
@@ -79,6 +80,21 @@ def examine(
         sets, tried = first_success(applying(settings.scenario), succeeds)
     timings = Timings(trial=job.trial)
     return Examined(job, job.stored, timings, new=tuple(new), verdict=seen, sets=sets, tried=tried)
+
+
+def recalled(job: Question, scenario: Scenario) -> Examined | None:
+    """Return what replays of a trial gave where all that are needed are known already, else None."""
+    again = job.known.get(UNCHANGED)
+    if again is None or again.verdict is None:
+        return None
+    sets, tried = ((), 0)
+    if again.verdict is not Verdict.DIFFERENT:
+        try:
+            sets, tried = first_success(applying(scenario), lambda removed: job.known[removed].success)
+        except KeyError:
+            return None
+    timings = Timings(trial=job.trial)
+    return Examined(job, job.stored, timings, verdict=again.verdict, sets=sets, tried=tried)
 
 
 def _outcome(replays: Counterfactuals, removed: Removed) -> Outcome:

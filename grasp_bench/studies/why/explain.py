@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,7 +20,14 @@ from grasp_bench.scenario.outcomes import HARNESS_FAULTS
 from grasp_bench.scenario.reading import check_current
 from grasp_bench.studies.why.attribution import Explanation, first_cause, shares
 from grasp_bench.studies.why.causes import Cause, applying
-from grasp_bench.studies.why.examine import MOST_REPLAYS, Examined, ExaminerHere, Examiners, Question
+from grasp_bench.studies.why.examine import (
+    MOST_REPLAYS,
+    Examined,
+    ExaminerHere,
+    Examiners,
+    Question,
+    recalled,
+)
 from grasp_bench.studies.why.journal import WHY, Journal
 from grasp_bench.system.machine import usable_cores
 
@@ -118,16 +125,21 @@ def explain(
     patient = replace(settings, scenario=settings.scenario.model_copy(update={"trial_timeout": limit}))
     with Journal(out or folder / WHY) as journal:
         known = journal.read(failures)
-
-        def questions() -> Iterator[Question]:
-            for record in failures:
-                job = job_of(run, record, folder)
-                yield Question(job.trial, job.object, job.attempt, record, known.get(job.trial, {}))
-
-        count = min(workers or usable_cores(), max(len(failures), 1))
+        asked: list[Question] = []
+        for record in failures:
+            job = job_of(run, record, folder)
+            question = Question(job.trial, job.object, job.attempt, record, known.get(job.trial, {}))
+            answer = recalled(question, settings.scenario)
+            if answer is None:
+                asked.append(question)
+            else:
+                _sort_in(answer, explained, rounded, left_out)
+        told = len(failures) - len(asked)
+        progress(told, len(failures))
+        count = min(workers or usable_cores(), max(len(asked), 1))
         executor: Executor = Examiners(count) if predictor is None else ExaminerHere(predictor)
-        with closing(executor.run(patient, questions())) as answers:
-            for number, answer in enumerate(answers, 1):
+        with closing(executor.run(patient, asked)) as answers:
+            for number, answer in enumerate(answers, told + 1):
                 if isinstance(answer, Fault):
                     left_out[answer.job.trial] = f"it could not be done again: {answer.detail}"
                 else:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -80,16 +79,8 @@ class Replaced(PrivilegedPredictor):
     def _mixed(self, grasp: Grasp, reference: Grasp) -> Grasp:
         place = reference if "place" in self._parts else grasp
         angle = reference if "angle" in self._parts else grasp
-        mixed = Grasp(place.x, place.y, angle.angle, grasp.width, grasp.quality)
-        return replace(mixed, width=spanning(mixed, reference)) if "width" in self._parts else mixed
-
-
-def spanning(grasp: Grasp, reference: Grasp) -> float:
-    """Return the width [px] with which a grasp's jaws open as far as those of a reference grasp on either
-    side, from its own centre along its own axis; never less than the reference's."""
-    along = np.array([math.cos(grasp.angle), -math.sin(grasp.angle)])
-    reach = float(np.abs((reference.ends() - [grasp.x, grasp.y]) @ along).max())
-    return max(2 * reach, reference.width)
+        width = reference if "width" in self._parts else grasp
+        return Grasp(place.x, place.y, angle.angle, width.width, grasp.quality)
 
 
 def nearest(grasp: Grasp, known: list[Grasp], parts: frozenset[str], millimetres: float) -> Grasp:

@@ -34,7 +34,7 @@ from grasp_bench.scene.world import World
 from grasp_bench.studies.why import examine as examining
 from grasp_bench.studies.why.counterfactual import alter, easier, thinner
 from grasp_bench.studies.why.explain import Study, explain
-from grasp_bench.studies.why.replaced import Replaced, nearest
+from grasp_bench.studies.why.replaced import Replaced, Turned, nearest
 from grasp_bench.studies.why.told import Pages, sentence, tables, to_json
 from tests.conftest import Ended
 
@@ -318,6 +318,8 @@ def test_only_the_named_parts_are_replaced(models: dict[str, ObjectModel], scena
     assert (angle.x, angle.y, angle.width) == (10, 10, 12)
     assert place.x != 10
     assert angle.angle != 0.3
+    turned = Turned(Says(), 0.2).predict_from_truth(image, truth)
+    assert turned == [_grasp(10, 10, pytest.approx(0.5), 12)]
     whole = frozenset({"place", "angle", "width"})
     assert Replaced(Nothing(), frozenset({"place"})).predict_from_truth(image, truth) == []
     assert len(Replaced(Nothing(), whole).predict_from_truth(image, truth)) == len(pose.grasps)

@@ -48,9 +48,9 @@ CAUSES: tuple[Cause, ...] = (
         parts=Removed({"height"}),
     ),
     Cause("colours", "colours", "the colour picture has neither noise nor a wrong exposure, in full light"),
-    Cause("place", "place", "the predicted grasps' centres are those of the nearest reference grasp"),
-    Cause("angle", "angle", "the predicted grasps' angles are those of the nearest reference grasp"),
-    Cause("width", "width", "the jaws open as the nearest reference grasp does, or as the place needs"),
+    Cause("place", "place", "the centres are those of the nearest reference grasp"),
+    Cause("angle", "angle", "the angles are those of the nearest reference grasp, or what the place needs"),
+    Cause("width", "width", "the widths are those of the nearest reference grasp, or what the place needs"),
     Cause(
         "grasp",
         "whole grasp",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -19,7 +21,7 @@ from grasp_bench.scene.builder import COLLISION_GROUP, OBJECT, compile_scene
 from grasp_bench.scene.rendering import SceneCamera
 from grasp_bench.scene.world import World
 from grasp_bench.studies.why.causes import PERFECT_COLOURS, PERFECT_DEPTH, Removed
-from grasp_bench.studies.why.replaced import Remembering, Replaced
+from grasp_bench.studies.why.replaced import Remembering, Replaced, Turned
 from grasp_bench.trials.attempt import Table, attempt
 from grasp_bench.trials.placing import put_down
 from grasp_bench.trials.trial import run_trial
@@ -28,6 +30,8 @@ from grasp_bench.trials.workcell import Workcell
 STICKIER, LIGHTER, THINNER = 2.0, 0.5, 0.5
 """Factors on friction, mass and thickness of the fingers."""
 PARTS = frozenset({"place", "angle", "width"})
+TURNS = tuple(math.radians(22.5 * i) for i in (1, -1, 2, -2, 3, -3, 4))
+"""Other angles that are tried, from the predicted one [rad]."""
 
 
 class Counterfactuals:
@@ -58,19 +62,32 @@ class Counterfactuals:
     def without(self, removed: Removed) -> TrialRecord:
         """Do the trial again without some causes, and return its record.
 
-        Without its width, a grasp has the reference grasp's; where that does not save a trial whose grasp is
-        carried out as predicted, the one that the planner finds to be needed, as reference grasps are few and
-        elsewhere it may take another width.
+        Reference grasps are few, and this place may take another angle or width than the nearest of them. So
+        where that one's angle alone saves nothing, others are tried; and where its width does not, of a grasp
+        that is carried out as predicted, the one that the planner finds to be needed.
         """
         scenario = easier(self._cell.scenario, removed)
-        record = self._again(scenario, removed)
-        if "width" not in removed or record.success or scenario.execution.assisted:
+        parts = PARTS if "grasp" in removed else removed & PARTS
+        predictor = self._predictor
+        record = self._again(scenario, removed, Replaced(predictor, parts) if parts else predictor)
+        if record.success:
             return record
-        opened = Execution(protocol="assisted", proposals=1)
-        widened = self._again(scenario.model_copy(update={"execution": opened}), removed - {"width"})
-        return widened if widened.success else record
+        for other in self._others(scenario, removed):
+            if other.success:
+                return other
+        return record
 
-    def _again(self, scenario: Scenario, removed: Removed) -> TrialRecord:
+    def _others(self, scenario: Scenario, removed: Removed) -> Iterator[TrialRecord]:
+        """Yield further replays without the same causes."""
+        predictor, rest = self._predictor, (removed & PARTS) - {"width"}
+        if removed == {"angle"}:
+            for turn in TURNS:
+                yield self._again(scenario, removed, Turned(predictor, turn))
+        if "width" in removed and not scenario.execution.assisted:
+            opened = scenario.model_copy(update={"execution": Execution(protocol="assisted", proposals=1)})
+            yield self._again(opened, removed, Replaced(predictor, rest) if rest else predictor)
+
+    def _again(self, scenario: Scenario, removed: Removed, predictor: Predictor) -> TrialRecord:
         exact = "calibration" in removed
         if not exact and self._camera is None:
             self._camera = self._cell.true_camera(self._streams)  # one of a trial's own is slow to make
@@ -88,8 +105,6 @@ class Counterfactuals:
             settle=lambda world: put_down(world, self._model, scenario, self._streams(Purpose.POSE)),
             alone=True,
         )
-        parts = PARTS if "grasp" in removed else removed & PARTS
-        predictor = Replaced(self._predictor, parts) if parts else self._predictor
         return attempt(cell, table, predictor, self._streams, trial=self._job.trial).record
 
 

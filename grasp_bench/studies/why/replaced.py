@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import replace
 
 import numpy as np
 
 from grasp_bench.camera import RgbdImage
-from grasp_bench.grasps import Grasp, angle_difference
+from grasp_bench.grasps import Grasp, angle_difference, wrap_angle
 from grasp_bench.predictors.controls import Oracle
 from grasp_bench.predictors.protocol import GroundTruth, Predictor, PrivilegedPredictor, begin, checked
 
@@ -67,10 +66,7 @@ class Replaced(PrivilegedPredictor):
         known = [
             Grasp(g.x, g.y, g.angle, g.width, g.quality) for g in Oracle().predict_from_truth(image, truth)
         ]
-        if isinstance(self._inner, PrivilegedPredictor):
-            answer = self._inner.predict_from_truth(image, truth)
-        else:
-            answer = checked(self._inner.predict(image), image.intrinsics)
+        answer = _answer(self._inner, image, truth)
         if not answer and len(self._parts) == 3:
             return known
         millimetres = 1000 * float(truth.camera.position[2]) / truth.intrinsics.fx
@@ -81,6 +77,36 @@ class Replaced(PrivilegedPredictor):
         angle = reference if "angle" in self._parts else grasp
         width = reference if "width" in self._parts else grasp
         return Grasp(place.x, place.y, angle.angle, width.width, grasp.quality)
+
+
+class Turned(PrivilegedPredictor):
+    """A predictor whose grasps are all turned.
+
+    Args:
+        inner: the run's predictor.
+        turn: by how much, counter-clockwise as seen [rad].
+    """
+
+    def __init__(self, inner: Predictor, turn: float) -> None:
+        self._inner, self._turn = inner, turn
+
+    def begin(self, rng: np.random.Generator) -> None:
+        """Give the predictor the trial's random stream."""
+        begin(self._inner, rng)
+
+    def predict_from_truth(self, image: RgbdImage, truth: GroundTruth) -> list[Grasp]:
+        """Return the predictor's grasps, turned."""
+        return [
+            Grasp(g.x, g.y, wrap_angle(g.angle + self._turn), g.width, g.quality)
+            for g in _answer(self._inner, image, truth)
+        ]
+
+
+def _answer(predictor: Predictor, image: RgbdImage, truth: GroundTruth) -> list[Grasp]:
+    """Return what a predictor, or a control that is told the truth, says of an image."""
+    if isinstance(predictor, PrivilegedPredictor):
+        return predictor.predict_from_truth(image, truth)
+    return checked(predictor.predict(image), image.intrinsics)
 
 
 def nearest(grasp: Grasp, known: list[Grasp], parts: frozenset[str], millimetres: float) -> Grasp:
@@ -102,4 +128,4 @@ def nearest(grasp: Grasp, known: list[Grasp], parts: frozenset[str], millimetres
         }
         return sum(value * (REPLACED if part in parts else 1.0) for part, value in terms.items())
 
-    return replace(min(known, key=distance))
+    return min(known, key=distance)

@@ -105,7 +105,7 @@ def test_a_planted_angle_is_named_first(turned: tuple[Path, Study], lifted: set[
     assert study.left_out == {}
     outcomes = {json.loads(line)["outcome"] for line in (folder / "why.jsonl").read_text().splitlines()}
     assert "success" in outcomes
-    assert "error" not in outcomes
+    assert "error" not in outcomes  # as a replay that breaks ends
 
 
 def test_a_planted_width_is_named_first(
@@ -234,6 +234,9 @@ def test_the_command_explains_a_run_on_worker_processes(
     data = json.loads(done.out)
     assert [(e["outcome"], e["first"]) for e in data["explanations"]] == [("slipped", "unexplained")]
     assert data["explanations"][0]["replays"] <= 81
+    lines = [json.loads(line) for line in (folder / "why.jsonl").read_text().splitlines()]
+    assert len(lines) == data["explanations"][0]["replays"]
+    assert {x["outcome"] for x in lines} <= {"slipped", "dropped", "missed", "blocked", "approach_collision"}
     shown = cli(f"why {folder} --workers 1 --objects {toy_catalog}")
     assert shown.code == 0, shown.err
     assert "100 % of your losses are none of these" in shown.out

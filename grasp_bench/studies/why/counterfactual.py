@@ -12,6 +12,7 @@ import mujoco
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.predictors.protocol import Predictor, PrivilegedPredictor
 from grasp_bench.robot.gripper import Gripper
+from grasp_bench.robot.gripper_shape import GripperShape
 from grasp_bench.robot.robot import Robot
 from grasp_bench.runs.jobs import Job
 from grasp_bench.runs.record import TrialRecord
@@ -46,7 +47,7 @@ class Counterfactuals:
     """
 
     def __init__(self, cell: Workcell, model: ObjectModel, predictor: Predictor, job: Job, seed: int) -> None:
-        self._cell, self._model, self._job, self._seed = cell, model, job, seed
+        self._cell, self._model, self._job, self._seed = cell, cell.fitted(model), job, seed
         self._streams = Streams(seed, model.name, job.attempt)
         told = isinstance(predictor, PrivilegedPredictor)
         self._predictor = predictor if told else Remembering(predictor)
@@ -142,7 +143,16 @@ def easier(scenario: Scenario, removed: Removed) -> Scenario:
 def thinner(robot: Robot) -> Robot:
     """Return the robot with thin fingers, as its planner knows it."""
     gripper = robot.gripper
-    return replace(robot, gripper=replace(gripper, finger_thickness=THINNER * gripper.finger_thickness))
+    return replace(robot, gripper=_Thin(gripper.name, gripper.folder, gripper.facts, gripper.scope))
+
+
+class _Thin(Gripper):
+    """A gripper whose planner believes its fingers to be thin."""
+
+    @property
+    def shape(self) -> GripperShape:
+        whole = super().shape
+        return replace(whole, finger_thickness=THINNER * whole.finger_thickness)
 
 
 def alter(model: mujoco.MjModel, robot: Robot, removed: Removed) -> None:
@@ -178,5 +188,7 @@ def _thin(model: mujoco.MjModel, gripper: Gripper, prefix: str) -> None:
                 continue
             centre, half = model.geom_pos[geom, 0], model.geom_size[geom, 0]
             inner, outer = centre - half, centre + half
+            if inner < 0:
+                continue
             outer = max(THINNER * outer, inner + 0.001)
             model.geom_pos[geom, 0], model.geom_size[geom, 0] = (inner + outer) / 2, (outer - inner) / 2

@@ -17,14 +17,17 @@ class UnknownNameError(GraspBenchError):
         kind: what was named (object, predictor, scenario …).
         name: the name given.
         valid: all valid names.
+
+    Args:
+        ways: other ways to name one, always shown at the end.
     """
 
-    def __init__(self, kind: str, name: str, valid: Iterable[str]) -> None:
+    def __init__(self, kind: str, name: str, valid: Iterable[str], ways: Iterable[str] = ()) -> None:
         self.kind, self.name, self.valid = kind, name, sorted(set(valid))
         near = get_close_matches(name, self.valid, n=3, cutoff=0.5)
         hint = f" Did you mean {' or '.join(near)}?" if near else ""
         shown = self.valid if len(self.valid) <= 24 else [*self.valid[:20], f"… ({len(self.valid)} in all)"]
-        super().__init__(f"Unknown {kind} {name!r}.{hint} Valid: {', '.join(shown)}.")
+        super().__init__(f"Unknown {kind} {name!r}.{hint} Valid: {', '.join([*shown, *ways])}.")
 
 
 class ScenarioError(GraspBenchError):

@@ -197,7 +197,7 @@ def parse(name: str) -> Named:
         return PythonPath(name)
     offers = installed()
     if name not in offers:
-        raise UnknownNameError("predictor", name, [*SHIPPED, *offers, *EXAMPLES])
+        raise UnknownNameError("predictor", name, [*SHIPPED, *offers], EXAMPLES)
     paths = sorted({offer.path for offer in offers[name]})
     if len(paths) > 1:
         raise PredictorError(

@@ -54,7 +54,10 @@ def test_other_weights_of_a_network_are_a_predictor_of_their_own() -> None:
 def test_a_network_with_weights_in_a_file(tmp_path: Path) -> None:
     path = tmp_path / "mine.safetensors"
     name = with_weights("gg-cnn", path)
-    with pytest.raises(AssetError, match=r"mine\.safetensors are missing; train them"):
+    with pytest.raises(
+        AssetError,
+        match=r"mine\.safetensors are missing; name a \.safetensors file that is there, or train them",
+    ):
         parse(name).load()
     path.write_bytes(shipped_file("gg-cnn").path.read_bytes())
     assert parse(name).facts(None) == {"files": {"mine.safetensors": sha256(path.read_bytes()).hexdigest()}}

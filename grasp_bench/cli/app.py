@@ -34,6 +34,7 @@ from grasp_bench.cli.run import run_command
 from grasp_bench.cli.scenarios import scenarios_app
 from grasp_bench.cli.sweep import sweep_command
 from grasp_bench.cli.train import train_command
+from grasp_bench.cli.why import why_command
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.system.texts import LONGEST, legible
 
@@ -81,6 +82,7 @@ app.command("train")(train_command)
 app.command("evaluate")(evaluate_command)
 app.command("bench-table")(bench_table_command)
 app.command("replay")(replay_command)
+app.command("why")(why_command)
 app.command("doctor")(doctor_command)
 app.command("merge")(merge_command)
 app.command("check")(check_command)

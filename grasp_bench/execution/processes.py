@@ -25,7 +25,7 @@ from grasp_bench.errors import GraspBenchError
 from grasp_bench.execution import preload, worker
 from grasp_bench.execution.crew import RECYCLE, Crew, take_crew
 from grasp_bench.execution.memory import MemoryGuard, fair_share
-from grasp_bench.execution.protocol import Answer, Fault
+from grasp_bench.execution.protocol import Answer, Fault, Round
 from grasp_bench.runs.jobs import Job, Settings
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.system.apart import how_it_ended
@@ -64,7 +64,7 @@ class WorkerPool:
         self._settings, self._workers, self._recycle = settings, workers, recycle
         self._predictors = predictors or (settings.predictor,)
         self._waiting: dict[Future[tuple[Answer, ...]], Job] = {}
-        self._tries: dict[Job, int] = {}
+        self._tries: dict[tuple[int, tuple[str, ...]], int] = {}
         self._begun: dict[Future[tuple[Answer, ...]], float] = {}
         self._late: set[Future[tuple[Answer, ...]]] = set()
         self._stalls = 0
@@ -130,7 +130,7 @@ class WorkerPool:
                 self.submit(job)
             else:
                 self._stalls = 0
-                self._tries.pop(job, None)
+                self._tries.pop(_named(job), None)
                 answers += ended_as
         return answers
 
@@ -154,7 +154,7 @@ class WorkerPool:
             raise GraspBenchError(f"A worker could not start: {error}") from error
         except (ProcessExpired, CancelledError) as error:
             reason = self._guard.reason(getattr(error, "pid", 0) or 0)
-            tries = self._tries[job] = self._tries.get(job, 0) + 1
+            tries = self._tries[_named(job)] = self._tries.get(_named(job), 0) + 1
             if tries < TRIES and reason is None:
                 return None
             if future in self._late and reason is None:
@@ -190,6 +190,11 @@ class WorkerPool:
         if self._crew is not None:
             self._crew.close()
             self._crew = None
+
+
+def _named(job: Job) -> tuple[int, tuple[str, ...]]:
+    """Return what tells a job from all others of a run."""
+    return job.trial, job.predictors if isinstance(job, Round) else ()
 
 
 class Processes:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -78,8 +78,12 @@ def _load(name: str) -> None:
         _broken[name] = raised(error)
 
 
-def do(settings: Settings, job: Job) -> tuple[Answer, ...]:
-    """Do one trial with each predictor of ``job``; NotStarted when this worker could not start."""
+def do(settings: Settings, job: Job, how: Callable[..., Answer] | None = None) -> tuple[Answer, ...]:
+    """Do one trial with each predictor of ``job``; NotStarted when this worker could not start.
+
+    Args:
+        how: does it, given job, settings, catalog, workcell and predictor; by default :func:`attempt`.
+    """
     if settings != _run.get("settings"):
         try:
             _enter(settings)
@@ -88,16 +92,15 @@ def do(settings: Settings, job: Job) -> tuple[Answer, ...]:
     catalog, cell = _run["catalog"], _run["cell"]
     names = job.predictors if isinstance(job, Round) else (settings.predictor,)
     table = None
-    if (len(names) > 1 or _loading) and settings.scenario.clutter is None:
+    if how is None and (len(names) > 1 or _loading) and settings.scenario.clutter is None:
         table = _shared(cell, catalog, job, settings.seed, ahead=bool(_loading))
     while _loading:
         _loading.pop().join()
     for name in names:
         if name not in _predictors:
             raise NotStarted(_broken.get(name, f"{name} was not loaded"))
-    return tuple(
-        attempt(job, replace(settings, predictor=n), catalog, cell, _predictors[n], table) for n in names
-    )
+    do_one = how or partial(attempt, table=table)
+    return tuple(do_one(job, replace(settings, predictor=n), catalog, cell, _predictors[n]) for n in names)
 
 
 def _shared(cell: Workcell, catalog: Catalog, job: Job, seed: int, ahead: bool) -> Table | None:

@@ -5,6 +5,7 @@ Nothing here knows the simulator: the planner sees what the camera saw, and the 
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from functools import partial
 
@@ -70,6 +71,13 @@ class Planner:
     def __init__(self, scenario: Scenario, robot: Robot | None = None) -> None:
         self.scenario, self.robot = scenario, robot or scenario.robot.loaded
         self.ik = InverseKinematics(self.robot)
+
+    def varied(self, scenario: Scenario, robot: Robot) -> Planner:
+        """Return a planner of another scenario, and of a robot that differs in its fingers at most; the two
+        share the IK solver."""
+        other = copy(self)
+        other.scenario, other.robot = scenario, robot
+        return other
 
     def plan(self, scene: SeenScene, grasp: Grasp) -> Plan:
         """Plan the motion for one grasp.

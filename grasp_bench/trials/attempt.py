@@ -132,8 +132,8 @@ def attempt(
         if not done.grasps:
             return ended(Outcome.NO_GRASP, "the predictor proposed no grasp")
         with clock.phase("plan"):
+            exact = RgbdImage(picture.rgb, picture.depth, camera.intrinsics)
             if isinstance(predictor, PrivilegedPredictor) and predictor.foresight:
-                exact = RgbdImage(picture.rgb, picture.depth, camera.intrinsics)
                 choice = foresee(
                     cell.planner,
                     SeenScene(exact, camera.pose, camera.directions),
@@ -142,7 +142,8 @@ def attempt(
                     lambda grasp: _meant(grasp, picture, world, camera),
                 )
             else:
-                scene = SeenScene(image, cell.camera.pose, cell.camera.directions)  # as the robot believes
+                heights = exact if cell.true_heights else image
+                scene = SeenScene(heights, cell.camera.pose, cell.camera.directions)  # as the robot believes
                 choice = choose_grasp(cell.planner, scene, done.grasps)
         rank, grasp = choice.rank, done.grasps[choice.rank]
         aim = _meant(grasp, picture, world, camera)

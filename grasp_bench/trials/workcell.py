@@ -25,7 +25,13 @@ class Workcell:
 
     Args:
         renderer: one of :data:`~grasp_bench.system.graphics.RENDERERS`.
+
+    Attributes:
+        true_heights: whether the planner sees a perfect picture, and only the predictor what the sensor
+            makes of it; for replays that ask what the sensor cost.
     """
+
+    true_heights = False
 
     def __init__(self, scenario: Scenario, renderer: str = "auto") -> None:
         check_current(scenario)

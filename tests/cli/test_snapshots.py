@@ -32,6 +32,7 @@ HELP = [
     "check",
     "merge",
     "sweep",
+    "why",
     "evaluate",
     "scenarios",
     "grippers",

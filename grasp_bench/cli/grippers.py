@@ -210,4 +210,4 @@ def _facts(gripper: Any) -> dict[str, Any]:
 
 
 def _mm(lengths: Any) -> str:
-    return " × ".join(f"{1000 * v:g}" for v in lengths)
+    return " × ".join(f"{round(1000 * v, 1):g}" for v in lengths)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 from contextlib import nullcontext
 from pathlib import Path
@@ -132,7 +133,7 @@ def run_command(
         if workers < asked:
             console.print(f"{asked} workers would only wait for each other here; {workers} are used.")
         allowed = ErrorLimit.parse(max_errors)
-        if objects is not None and objects != "all" and Path(objects).is_dir():
+        if objects is not None and objects != "all" and os.path.isdir(objects):
             catalog = Catalog(Path(objects))
             reference = is_reference(load_scenario(scenario).robot.loaded.gripper)
             if reference and (without := catalog.ungraspable(catalog.names)):

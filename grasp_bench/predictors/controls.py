@@ -58,7 +58,7 @@ def known(
 ) -> KnownGrasp:
     """Return a reference grasp that says where it is; the tips stay clear of the table."""
     place = [tip[0], tip[1], max(float(tip[2]), Motion().table_clearance)]
-    pose = GraspPose.top_down(place, math.atan2(axis[1], axis[0]), min(reference.width, _widest()))
+    pose = GraspPose.top_down(place, math.atan2(axis[1], axis[0]), reference.width)
     return KnownGrasp(
         seen.x, seen.y, seen.angle, seen.width, min(max(seen.quality, 0.0), 1.0), pose=pose, top=reference.top
     )

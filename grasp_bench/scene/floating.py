@@ -6,6 +6,7 @@ z and yaw) instead of the arm. It verifies reference grasps and labels training 
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -112,7 +113,9 @@ def compile_floating(
     spec = mujoco.MjSpec.from_string(root.to_xml_string(), assets=root.get_assets())
     for name in FOR_VIEWING:
         setattr(hand.option, name, getattr(spec.option, name))
-    spec.attach(hand, prefix=PREFIX, site=spec.site("flange"))
+    with warnings.catch_warnings():  # meshes of a hand are files, found where they are
+        warnings.filterwarnings("ignore", "Attaching a child without asset dict")
+        spec.attach(hand, prefix=PREFIX, site=spec.site("flange"))
     return spec.compile()
 
 

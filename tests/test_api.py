@@ -185,7 +185,7 @@ def test_a_class_that_other_processes_can_import_is_named_for_them() -> None:
         ({"objects": "coffee_mugg"}, UnknownNameError, "Did you mean coffee_mug"),
         ({"objects": ["apple", "coffee_mugg"]}, UnknownNameError, "'coffee_mugg'"),
         ({"scenario": "tabel4"}, UnknownNameError, "Did you mean table4"),
-        ({"trials": 0}, GraspBenchError, "trials must be at least 1"),
+        ({"trials": 0}, GraspBenchError, "trials must be from 1 to 100,000,000"),
         ({"workers": -1}, GraspBenchError, "workers must not be negative"),
         ({"renderer": "raycaster"}, UnknownNameError, "Did you mean raycast"),
         ({"predictor": Nothing(), "workers": 4}, PredictorError, "cannot be sent to 4 workers"),

@@ -130,6 +130,7 @@ def test_other_scenarios_are_no_rows_of_table_4(tmp_path: Path) -> None:
     assert heads == [
         "## heavy, seed 0, 1 trial",
         "## Table 4, re-measured: table4, development seed 0, 1 trial",
+        "## Is its quality a probability?",
     ]
 
 

@@ -231,7 +231,7 @@ def test_bench_runs_what_is_asked_for(tmp_path: Path, monkeypatch: pytest.Monkey
 def test_a_network_without_weights_says_how_to_get_them(monkeypatch, tmp_path: Path) -> None:
     (tmp_path / "weights").mkdir()
     monkeypatch.setattr("grasp_bench.networks.store.assets_dir", lambda: tmp_path)
-    with pytest.raises(AssetError, match="train --predictor gg-cnn --data DIR --out DIR --export"):
+    with pytest.raises(AssetError, match="grasp-bench train --predictor gg-cnn --data"):
         load_predictor("gg-cnn")
 
 

@@ -28,9 +28,11 @@ class WeightsFile:
 
     Attributes:
         path: ``….safetensors``; it may be missing.
+        network: the network they are of, where that is known.
     """
 
     path: Path
+    network: str = "htc-grasp"
 
     @property
     def name(self) -> str:
@@ -58,7 +60,8 @@ class WeightsFile:
             raise AssetError(
                 f"Weights {self.path} are missing; name a .safetensors file that is there, or train them: "
                 "`grasp-bench data synth --scenes 2000 --out scenes` makes scenes, and `grasp-bench train "
-                "--predictor htc-grasp --data scenes --out runs/mine` writes runs/mine/htc-grasp.safetensors."
+                f"--predictor {self.network} --data scenes --out runs/mine` writes "
+                f"runs/mine/{self.network}.safetensors."
             )
 
     def described(self) -> str:
@@ -123,9 +126,9 @@ class WeightsFile:
             return metadata
 
 
-def shipped_file(name: str) -> WeightsFile:
-    """Return the file of the weights that are shipped under ``name``."""
-    return WeightsFile(assets_dir() / "weights" / f"{name}.safetensors")
+def shipped_file(name: str, network: str = "") -> WeightsFile:
+    """Return the file of the weights shipped under ``name``, by default of the network of that name."""
+    return WeightsFile(assets_dir() / "weights" / f"{name}.safetensors", network or name)
 
 
 def stored_input(metadata: dict[str, Any]) -> str | None:

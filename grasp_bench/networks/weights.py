@@ -55,7 +55,7 @@ def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]
         AssetError: the file is missing, truncated, altered or of another network.
     """
     info(name)  # a wrong name is refused before a missing file
-    file = shipped_file(name) if path is None else WeightsFile(Path(path))
+    file = shipped_file(name) if path is None else WeightsFile(Path(path), name)
     file.intact()
     with file.opened("pt") as (stored, metadata):
         tensors = {key: stored.get_tensor(key) for key in stored.keys()}  # noqa: SIM118

@@ -39,7 +39,9 @@ class Shipped:
     @property
     def weights(self) -> WeightsFile | None:
         """The file of the weights it needs, if any."""
-        return None if self.trained is None else shipped_file(self.trained.name)
+        if self.network is None or self.trained is None:
+            return None
+        return shipped_file(self.trained.name, self.network.name)
 
     @property
     def group(self) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from committed import RESULTS, committed_runs
 from html_browsing import BROWSER, PATIENCE, Opened, draw_charts, opening, until
 
 from grasp_bench.report.html.page import write_html
@@ -15,7 +16,6 @@ from grasp_bench.runs.folder import find_runs
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
 pytestmark = pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed (Debian: chromium)")
-RESULTS = Path(__file__).parents[2] / "results"
 PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True}
 FIRST = ["reference/gr-convnet", "reference/htc-grasp", "reference/gr-convnet-16", "reference/htc-grasp-1000"]
 
@@ -23,7 +23,7 @@ FIRST = ["reference/gr-convnet", "reference/htc-grasp", "reference/gr-convnet-16
 @pytest.fixture(scope="module")
 def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("many") / "results"
-    for folder in find_runs(RESULTS):
+    for folder in committed_runs():
         shutil.copytree(folder, root / folder.relative_to(RESULTS))
     return write_html(find_runs(root), root / "report.html", root).path
 

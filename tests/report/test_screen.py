@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
+from committed import RESULTS, committed_runs
 from html_runs import write_run
 from typer.testing import CliRunner
 
@@ -22,7 +23,6 @@ from grasp_bench.runs.folder import TRIALS, find_runs
 from grasp_bench.runs.results import RunResults
 from grasp_bench.scenario.reading import load_scenario
 
-RESULTS = Path(__file__).parents[2] / "results"
 MINE = "my_module:MyPredictor"
 
 
@@ -37,7 +37,7 @@ def aged(folder: Path, seconds: float) -> Path:
 def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The committed runs with one that was made last."""
     root = tmp_path_factory.mktemp("screen") / "results"
-    for folder in find_runs(RESULTS):
+    for folder in committed_runs():
         shutil.copytree(folder, root / folder.relative_to(RESULTS))
         aged(root / folder.relative_to(RESULTS), 3600)
     mine = shutil.copytree(root / "reference" / "gg-cnn", root / "mine")

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from grasp_bench.objects.catalog import Catalog
+from grasp_bench.report.reliability import Bin, binned, calibration_error, intervals
 from grasp_bench.report.summary import tally
 from grasp_bench.runs.results import RunResults
 from grasp_bench.runs.statistics import Rate
@@ -124,14 +125,6 @@ def by_category(runs: Sequence[RunResults]) -> list[Category]:
 
 
 @dataclass(frozen=True)
-class Bin:
-    """Trials of about the same predicted quality: its mean, and how many of their grasps held."""
-
-    quality: float
-    held: Rate
-
-
-@dataclass(frozen=True)
 class Calibration:
     """Predicted quality of the grasps that were tried against how often they held.
 
@@ -156,13 +149,9 @@ def calibration(run: RunResults, bins: int = 10) -> Calibration:
         return Calibration([], 0, None, None)
     quality, success = np.array(known, dtype=float).T
     quality = quality.clip(0, 1)
-    index = (quality * bins).astype(int).clip(max=bins - 1)
-    rows = [
-        Bin(float(quality[index == i].mean()), Rate(int(success[index == i].sum()), int((index == i).sum())))
-        for i in np.unique(index)
-    ]
-    error = sum(b.held.trials * abs(b.quality - b.held.rate) for b in rows) / len(known)
-    return Calibration(rows, len(known), error, float(((quality - success) ** 2).mean()))
+    index = intervals(quality, bins)
+    error, brier = calibration_error(quality, success, index), float(((quality - success) ** 2).mean())
+    return Calibration(binned(quality, success, index), len(known), error, brier)
 
 
 @dataclass(frozen=True)

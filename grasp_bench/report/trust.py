@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from grasp_bench.report.reliability import Bin, binned, calibration_error, intervals
 from grasp_bench.report.tables import RATE_HEAD, TextTable, rate_cells
 from grasp_bench.runs.record import Attempted, Timings
 from grasp_bench.runs.results import RunResults
@@ -32,14 +33,6 @@ COMPUTING = ("predict", "plan")
 
 
 @dataclass(frozen=True)
-class Bin:
-    """Grasps of similar quality: their mean quality, and how many of them held."""
-
-    quality: float
-    held: Rate
-
-
-@dataclass(frozen=True)
 class Calibration:
     """Quality of grasps against their success.
 
@@ -47,8 +40,7 @@ class Calibration:
         bins: grasps by quality, in :data:`BINS` equal intervals of it; empty ones are left out.
         mean_quality: of all grasps.
         held: successes among them.
-        error: expected calibration error: mean distance of quality and success over the bins (M. P. Naeini et
-            al., “Obtaining well calibrated probabilities using Bayesian binning”, AAAI 2015).
+        error: expected calibration error (:func:`~grasp_bench.report.reliability.calibration_error`).
         by_chance: mean of that error over outcomes drawn with probability = quality: what as few grasps
             show of a predictor that is right about itself.
         p_value: that the quality is the probability of success: share of such draws with an error as large
@@ -100,14 +92,14 @@ def calibration(quality: Floats, success: Sequence[bool]) -> Calibration | None:
     q, y = np.asarray(quality, float), np.asarray(success, bool)
     if len(q) == 0 or np.ptp(q) == 0:
         return None
-    index = np.minimum((q * BINS).astype(int), BINS - 1)
+    index = intervals(q, BINS)
     rng, draws = np.random.default_rng(0), max(DRAWS // 10, min(DRAWS, MOST // len(q)))
-    error = _error(q, y, index)
-    by_chance = np.array([_error(q, rng.random(len(q)) < q, index) for _ in range(draws)])
+    error = calibration_error(q, y, index)
+    by_chance = np.array([calibration_error(q, rng.random(len(q)) < q, index) for _ in range(draws)])
     order = np.argsort(-q, kind="stable")
     failed = np.cumsum(~y[order]) / np.arange(1, len(q) + 1)
     return Calibration(
-        tuple(Bin(float(q[index == b].mean()), _rate(y[index == b])) for b in np.unique(index)),
+        tuple(binned(q, y, index)),
         float(q.mean()),
         _rate(y),
         error,
@@ -120,12 +112,6 @@ def calibration(quality: Floats, success: Sequence[bool]) -> Calibration | None:
 
 def _rate(success: np.ndarray) -> Rate:
     return Rate(int(success.sum()), len(success))
-
-
-def _error(q: Floats, y: np.ndarray, index: np.ndarray) -> float:
-    size = np.bincount(index, minlength=BINS)
-    gap = np.bincount(index, q - y, minlength=BINS)
-    return float(np.abs(gap).sum() / size.sum())
 
 
 @dataclass(frozen=True)

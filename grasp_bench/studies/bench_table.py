@@ -26,6 +26,7 @@ from grasp_bench.runs.record import TrialRecord
 from grasp_bench.runs.results import RunResults
 from grasp_bench.runs.statistics import Rate, holm, trials_to_distinguish
 from grasp_bench.scenario.reading import load_scenario
+from grasp_bench.studies.rank import folder_name
 from grasp_bench.system.graphics import prepare, resolve_renderer
 from grasp_bench.system.machine import usable_cores
 
@@ -69,7 +70,7 @@ def bench(
         Names of shipped networks left out because their weights are missing.
     """
     names = chosen(predictors)
-    folders = {name: folder / name.replace(":", "-").replace("/", "-") for name in names}
+    folders = {name: folder / folder_name(name) for name in names}
     shared = {name: path for name, path in folders.items() if can_share(name)}
     if shared:
         prepare("auto")

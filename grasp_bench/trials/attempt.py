@@ -132,18 +132,19 @@ def attempt(
         if not done.grasps:
             return ended(Outcome.NO_GRASP, "the predictor proposed no grasp")
         with clock.phase("plan"):
-            exact = RgbdImage(picture.rgb, picture.depth, camera.intrinsics)
-            if isinstance(predictor, PrivilegedPredictor) and predictor.foresight:
+            foresight = isinstance(predictor, PrivilegedPredictor) and predictor.foresight
+            if foresight or cell.true_heights:  # not what the sensor makes of it
+                image = RgbdImage(picture.rgb, picture.depth, camera.intrinsics)
+            if foresight:
                 choice = foresee(
                     cell.planner,
-                    SeenScene(exact, camera.pose, camera.directions),
+                    SeenScene(image, camera.pose, camera.directions),
                     done.grasps,
                     table.fresh,
                     lambda grasp: _meant(grasp, picture, world, camera),
                 )
             else:
-                heights = exact if cell.true_heights else image
-                scene = SeenScene(heights, cell.camera.pose, cell.camera.directions)  # as the robot believes
+                scene = SeenScene(image, cell.camera.pose, cell.camera.directions)  # as the robot believes
                 choice = choose_grasp(cell.planner, scene, done.grasps)
         rank, grasp = choice.rank, done.grasps[choice.rank]
         aim = _meant(grasp, picture, world, camera)

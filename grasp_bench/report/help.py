@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from grasp_bench.report.tables import TextTable
+from grasp_bench.runs.comparison import scenes
 from grasp_bench.runs.info import RunInfo
 from grasp_bench.runs.record import TrialRecord
 from grasp_bench.runs.results import RunResults
@@ -178,8 +179,7 @@ def _conditions(info: RunInfo) -> str:
 def _pairs(alone: RunResults, helped: RunResults) -> Pairs | None:
     """Return the trials of both, lost and gained by the help; None where they have none in common."""
     first, second = (
-        {(r.object, r.trial // max(len(run.info.tried), 1)): r.success for r in run.records}
-        for run in (alone, helped)
+        {scene: record.success for scene, record in scenes(run).items()} for run in (alone, helped)
     )
     common = first.keys() & second.keys()
     lost = sum(first[k] and not second[k] for k in common)

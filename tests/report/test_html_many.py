@@ -103,6 +103,7 @@ def test_charts_have_at_most_eight_series(opened: Opened) -> None:
         ".map((c) => [c.dataset.chart, c.data.length]))"
     )
     assert counts.pop("calibration") == 9  # and the line
+    assert counts.pop("coverage") == 16  # a band and a line each
     assert counts.pop("outcomes") <= 10
     assert counts.pop("seconds") <= 8
     assert set(counts.values()) == {8}

@@ -12,7 +12,6 @@ from annotated_types import Ge
 from pydantic import ValidationError
 
 from grasp_bench.learning.training.config import TrainConfig
-from grasp_bench.learning.training.log import training_seconds
 from grasp_bench.networks.registry import info, input_kind
 from grasp_bench.networks.store import WeightsFile, shipped_file
 from grasp_bench.system.progress import counting
@@ -86,7 +85,7 @@ def train_command(
     console.print(f"{len(scenes.train)} scenes to train on, {len(scenes.val)} to validate on")
     trained = _train_with_progress(config, scenes, out, console, begin)
     weights = _store(trained, config, scenes, sources, out, export)
-    console.print(f"{trained.accuracy}\n[bold]{weights}[/bold]")
+    console.print(f"{trained.accuracy}\n{trained.course.told()}\n[bold]{weights}[/bold]")
 
 
 def read_settings(typed: dict[str, Any]) -> tuple[TrainConfig, Path | None]:
@@ -147,8 +146,7 @@ def _store(
     from grasp_bench.learning.training.card import model_card, provenance
     from grasp_bench.networks.weights import save
 
-    seconds = training_seconds(out / "log.jsonl", config.batch)
-    facts = provenance(trained, config, scenes, data) | ({"seconds": round(seconds)} if seconds else {})
+    facts = provenance(trained, config, scenes, data)
     installed = shipped_file(config.network)
     places = [out / installed.name, *([installed.path] if export else [])]
     for path in places:

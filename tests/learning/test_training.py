@@ -383,6 +383,24 @@ def test_damaged_index_is_named_with_its_line(line: str, tmp_path: Path) -> None
         load_scenes([tmp_path])
 
 
+def test_many_scenes_are_read_when_needed(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    held = load_scenes([folder])
+    monkeypatch.setattr("grasp_bench.learning.data.scenes.IN_MEMORY", 7)
+    stored = load_scenes([folder])
+    assert isinstance(held.train, list)
+    assert not isinstance(stored.train, list)
+    assert (len(stored.train), len(stored.val)) == (6, 2)
+    assert stored.fingerprint == held.fingerprint
+    for a, b in zip([*held.train, *held.val], [*stored.train, *stored.val], strict=True):
+        assert a.name == b.name
+        np.testing.assert_array_equal(a.depth, b.depth)
+    (tmp_path / "index.jsonl").write_text((folder / "index.jsonl").read_text())
+    with pytest.raises(AssetError, match="is missing"):
+        load_scenes([tmp_path])
+
+
 def test_no_data_at_all(tmp_path: Path) -> None:
     with pytest.raises(AssetError, match=r"index\.jsonl"):
         load_scenes([tmp_path / "nowhere"])

@@ -34,6 +34,7 @@ from grasp_bench.learning.training.step import Learner, choose_device
 from grasp_bench.learning.training.validate import is_hit, validate
 from grasp_bench.networks.encoding import WIDTH_SCALE, targets_from_maps
 from grasp_bench.networks.registry import build, info
+from grasp_bench.networks.store import WeightsFile
 from grasp_bench.networks.weights import load, save
 from grasp_bench.predictors.names import load_predictor
 
@@ -543,6 +544,10 @@ def test_command_trains_and_writes_weights(folder: Path, tmp_path: Path) -> None
     assert "rectangle metric" in result.output
     assert "# gg-cnn" in (tmp_path / "gg-cnn.md").read_text()
     assert (tmp_path / "gg-cnn.safetensors").is_file()
+    facts = json.loads((tmp_path / "training.json").read_text())
+    assert facts == WeightsFile(tmp_path / "gg-cnn.safetensors").metadata()
+    assert (facts["steps"], facts["ended"], facts["curve"][0]["step"]) == (1, "steps", 1)
+    assert facts["flops"] > 6 * 62_420 * 56**2
 
 
 def test_a_detector_is_trained_evaluated_and_asked(folder: Path, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,12 +15,16 @@ from pydantic import ValidationError
 from grasp_bench.learning.training.config import TrainConfig
 from grasp_bench.networks.registry import info, input_kind
 from grasp_bench.networks.store import WeightsFile, shipped_file
+from grasp_bench.system.integrity import write_whole
 from grasp_bench.system.progress import counting
 
 if TYPE_CHECKING:
     from grasp_bench.learning.data.scenes import SceneSet
     from grasp_bench.learning.training.loop import Trained
     from grasp_bench.learning.training.sources import Source
+
+TRAINING = "training.json"
+"""What a training was and how it went, as in the weights' own metadata: steps, time, seed, data, curve."""
 
 
 def _with_settings(command: Callable[..., None]) -> Callable[..., None]:
@@ -68,6 +73,7 @@ def train_command(
 
     Figures go to OUT/log.jsonl, the state to OUT/checkpoint.safetensors; killed at any time,
     the run ends with the same weights as if it had not been, once the command is repeated.
+    OUT/training.json has steps, time, seed, data and the learning curve in the end.
     """
     from rich.console import Console
 
@@ -148,6 +154,7 @@ def _store(
 
     facts = provenance(trained, config, scenes, data)
     installed = shipped_file(config.network)
+    write_whole(out / TRAINING, (json.dumps(facts, indent=1, ensure_ascii=False) + "\n").encode())
     places = [out / installed.name, *([installed.path] if export else [])]
     for path in places:
         save(trained.network, path, facts)

@@ -154,6 +154,7 @@ def test_training_until_flat_ends_resumes_and_says_so(
     last = json.loads((tmp_path / "log.jsonl").read_text().splitlines()[-1])
     assert (last["step"], last["ended"]) == (10, "flat")
     assert course.seconds > 0
+    assert course.flops > 1e8
 
 
 def test_held_out_tries_are_logged(folder: Path, tmp_path: Path) -> None:  # noqa: F811

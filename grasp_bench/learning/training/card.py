@@ -33,6 +33,7 @@ def provenance(
         "steps": course.end,
         "seconds": round(course.seconds),
         "ended": course.why,
+        "flops": course.flops * config.batch * course.end,
         "curve": [{"step": point.step} | point.figures for point in course.curve],
         "seed": config.seed,
         "config": config.model_dump(),

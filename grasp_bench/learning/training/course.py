@@ -65,6 +65,8 @@ class Course:
         curve: its validations.
         falling: steps done when the rate began to fall; None before, and in runs of a given number of steps.
         why: what ended it, or will.
+        flops: floating-point operations that training with one sample takes, forwards and backwards, those
+            of convolutions and products of matrices; 0 where they were not counted.
     """
 
     config: TrainConfig
@@ -72,6 +74,7 @@ class Course:
     curve: list[Point] = field(default_factory=list)
     falling: int | None = None
     why: Why = "steps"
+    flops: float = 0.0
 
     @property
     def end(self) -> int:
@@ -120,11 +123,13 @@ class Course:
     def stored(self) -> dict[str, Any]:
         """Return as plain data what a resumed run needs."""
         points = [list(vars(point).values()) for point in self.curve]
-        return {"seconds": self.seconds, "curve": points, "falling": self.falling, "why": self.why}
+        named = {k: v for k, v in vars(self).items() if k not in ("config", "curve")}
+        return named | {"curve": points}
 
     def restore(self, stored: dict[str, Any]) -> None:
         """Take over what :meth:`stored` gave; raises KeyError or TypeError where it is something else."""
         self.seconds, self.falling, self.why = stored["seconds"], stored["falling"], stored["why"]
+        self.flops = stored.get("flops", 0.0)
         self.curve = [Point(*point) for point in stored["curve"]]
 
     def told(self) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import closing, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +14,7 @@ import numpy as np
 import torch
 from filelock import FileLock, Timeout
 from torch import Tensor, nn
+from torch.utils.flop_counter import FlopCounterMode
 
 from grasp_bench.errors import AssetError, GraspBenchError
 from grasp_bench.learning.data.scenes import SceneSet
@@ -115,7 +116,10 @@ def _train(
             batch, done = next(feed), done + 1
             inputs, targets = (tensor.to(device, non_blocking=True) for tensor in batch)
             rate = course.rate(done - 1)
-            unread.append(learner.step(done - 1, inputs, targets, rate))
+            with nullcontext() if course.flops else FlopCounterMode(display=False) as counter:
+                unread.append(learner.step(done - 1, inputs, targets, rate))
+            if counter is not None:
+                course.flops = counter.get_total_flops() / config.batch
             course.reached(done, before + time.perf_counter() - begun)
             stored, judged, noted = (
                 done % every == 0 or done == course.end

@@ -13,8 +13,8 @@ and let the harness start it with that environment's Python (GG-CNN wants --side
 
 What decides whether published weights look good or bad is the scale: objects must be as large in pixels as
 those of the data they were trained on. A pixel of Cornell's images is about 1.4 mm wide on its table; the
-crop is as wide on this table as SIDE such pixels, and is resized to SIDE. Depth is in metres less its mean,
-clipped to ±1, holes filled; colour is in [0, 1] less its mean; depth comes first; width is in units of 150 px.
+crop is as wide here as SIDE such pixels, and is resized to SIDE. Depth is in metres less its mean, clipped
+to ±1, holes filled; colour is in [0, 1] less its mean; depth comes first; width is in units of 150 px.
 """
 
 import argparse

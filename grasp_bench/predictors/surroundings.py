@@ -1,8 +1,9 @@
 """What surrounds a table in its depth image: walls, floors, shelves, and not what stands on it.
 
-A network that was trained on tables alone takes the foot of a wall for a thing to be grasped. What is far off
-the table's plane and goes on to the picture's rim is none: a wall behind, a floor below the table's edge.
-Things on the table end within the picture, or at a jump in depth where they stand in front of a wall.
+A network that was trained on tables alone takes the foot of a wall for a thing to be grasped. What is far
+off the table's plane and goes on to the picture's rim is none: a wall behind, a floor below the table's edge.
+Things on the table end within the picture, or at a jump in depth where they stand in front of a wall; one
+that touches a wall is taken for a part of it.
 """
 
 from __future__ import annotations
@@ -17,10 +18,10 @@ FOOT = 0.008
 """Height from which a pixel next to the surroundings is their foot [m]."""
 FOOT_WIDTH = 12
 """Greatest width of such a foot [px]."""
-JUMP = 0.015
-"""Step in depth between neighbouring pixels across which nothing goes on [m]."""
-LEAST = 0.01
-"""Share of the picture below which what reaches the rim is a thing that the picture cuts off."""
+JUMP = 0.03
+"""Step in depth within three pixels across which nothing goes on [m]."""
+CONTACT = 0.3
+"""Sides of the picture along which it meets the rim at least; what does less is a thing that is cut off."""
 
 
 def surroundings(depth: NDArray[np.float32]) -> NDArray[np.bool_]:
@@ -37,21 +38,16 @@ def surroundings(depth: NDArray[np.float32]) -> NDArray[np.bool_]:
     if not valid.any():
         return np.zeros(depth.shape, bool)
     height = np.where(valid, np.median(depth[valid]) - depth, 0).astype(np.float32)
-    near = cv2.morphologyEx(height, cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8)) > 2 * JUMP
+    near = cv2.morphologyEx(height, cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8)) > JUMP
     off = (np.abs(height) > FAR) & ~near
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(off.astype(np.uint8), connectivity=4)
-    rim = np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]])
-    large = stats[:, cv2.CC_STAT_AREA] > LEAST * depth.size
-    found = [i for i in np.unique(rim) if i and large[i]]
-    marked = np.isin(labels, found)
-    if not found:
+    _, parts = cv2.connectedComponents(off.astype(np.uint8), connectivity=4)
+    rim = np.concatenate([parts[0], parts[-1], parts[1:-1, 0], parts[1:-1, -1]])
+    names, lengths = np.unique(rim[rim > 0], return_counts=True)
+    marked = np.isin(parts, names[lengths > CONTACT * min(depth.shape)])
+    if not marked.any():
         return marked
-    foot = np.ones((2 * FOOT_WIDTH + 1, 2 * FOOT_WIDTH + 1), np.uint8)
-    about = cv2.dilate(marked.astype(np.uint8), foot) > 0
-    slope = about & ((np.abs(height) > FOOT) | ~valid) & ~_things(height, labels, found)
-    return marked | slope
-
-
-def _things(height: NDArray[np.float32], labels: NDArray[np.int32], found: list[int]) -> NDArray[np.bool_]:
-    """Mark what is as far off the table, and is not of the surroundings."""
-    return (labels > 0) & ~np.isin(labels, found)
+    things = (parts > 0) & ~marked
+    reach = np.ones((2 * FOOT_WIDTH + 1, 2 * FOOT_WIDTH + 1), np.uint8)
+    beside = cv2.dilate(marked.astype(np.uint8), reach) > 0
+    foot = beside & ((np.abs(height) > FOOT) | ~valid) & ~things
+    return marked | foot

@@ -2,7 +2,7 @@
 
 The same run with one worker process, with as many as there are cores, with two and four times as many, and by
 Ray where that is installed: seconds on the clock and of the processors, in turn. Then the bytes that a trial
-leaves on disk, and what ``grasp-bench report`` takes for runs of made-up records. ``docs/scaling.md`` is from it.
+leaves on disk, and what ``grasp-bench report`` takes for made-up runs. ``docs/scaling.md`` is from it.
 """
 
 from __future__ import annotations

@@ -163,3 +163,19 @@ class RgbdImage:
     def valid(self) -> NDArray[np.bool_]:
         """(H, W) mask of the pixels whose depth was measured."""
         return self.depth > 0
+
+    @property
+    def points(self) -> NDArray[np.float32]:
+        """(H, W, 3) point of each pixel in the camera's frame [m], NaN where nothing was measured."""
+        found = (self.intrinsics.rays() * self.depth[..., None]).astype(np.float32)
+        found[~self.valid] = np.nan
+        return found
+
+    def cloud(self, within: NDArray[np.bool_] | None = None) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
+        """Return the measured points (N, 3) in the camera's frame [m], row by row, and their colours (N, 3).
+
+        Args:
+            within: (H, W) mask of the pixels that are wanted; all by default.
+        """
+        chosen = self.valid if within is None else self.valid & within
+        return self.points[chosen], self.rgb[chosen]

@@ -8,8 +8,8 @@ downwards: the jaws open along (cos θ, −sin θ) in pixel coordinates.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -202,17 +202,26 @@ class GraspMaps:
 
 @dataclass(frozen=True)
 class GraspPose:
-    """A grasp in the world.
+    """A grasp in six degrees of freedom: in the camera's frame from predictors, in the world's elsewhere.
 
     Attributes:
         position: (3,) the TCP, the midpoint between the finger tips' ends [m].
         rotation: (3, 3), columns x = jaw opening direction, y, z = approach direction.
         opening: distance between the finger pads before closing [m].
+        quality: predicted chance of success in [0, 1].
     """
 
     position: Floats
     rotation: Floats
     opening: float
+    quality: float = 1.0
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, GraspPose) and all(
+            np.array_equal(getattr(self, f.name), getattr(other, f.name)) for f in fields(self)
+        )
+
+    __hash__ = None  # type: ignore[assignment]  # of arrays
 
     @classmethod
     def top_down(cls, position: ArrayLike, yaw: float, opening: float) -> GraspPose:
@@ -222,9 +231,47 @@ class GraspPose:
         rotation = np.array([[c, s, 0.0], [s, -c, 0.0], [0.0, 0.0, -1.0]])
         return cls(np.asarray(position, dtype=float), rotation, float(opening))
 
+    @property
+    def approach(self) -> Floats:
+        """(3,) direction in which the hand comes."""
+        return self.rotation[:, 2]
+
     def flipped(self) -> GraspPose:
         """Return the same grasp with the two fingers exchanged."""
-        return GraspPose(self.position, self.rotation * [-1.0, -1.0, 1.0], self.opening)
+        return replace(self, rotation=self.rotation * [-1.0, -1.0, 1.0])
+
+    def moved(self, rotation: Floats, shift: Floats) -> GraspPose:
+        """Return the pose in another frame, whose points are ``rotation`` (3, 3) · p + ``shift`` (3,)."""
+        return replace(self, position=rotation @ self.position + shift, rotation=rotation @ self.rotation)
+
+
+@dataclass(frozen=True)
+class SpatialGrasp(Grasp):
+    """A predictor's grasp in six degrees of freedom, and how it looks in the image.
+
+    Attributes:
+        pose: TCP pose in the camera's frame.
+    """
+
+    pose: GraspPose = field(kw_only=True)
+
+    @classmethod
+    def of(cls, pose: GraspPose, project: Callable[[Floats], Floats]) -> SpatialGrasp:
+        """Make it of a pose before the camera.
+
+        Args:
+            pose: in the camera's frame.
+            project: turns camera-frame points (…, 3) [m] into pixels (…, 2).
+        """
+        x, y = project(pose.position)
+        half = 0.5 * pose.opening * pose.rotation[:, 0]
+        ends = pose.position + np.stack([-half, half])
+        # Jaws that open along the view look closed; one of them may even be behind the camera.
+        ends[:, 2] = np.maximum(ends[:, 2], 0.1 * pose.position[2])
+        dx, dy = np.diff(project(ends), axis=0)[0]
+        width = max(float(math.hypot(dx, dy)), 1.0)
+        angle = wrap_angle(math.atan2(-dy, dx))
+        return cls(float(x), float(y), angle, width, pose.quality, pose=pose)
 
 
 @dataclass(frozen=True)
@@ -232,7 +279,7 @@ class KnownGrasp(Grasp):
     """A grasp of a control that knows the truth: where it is in the world, besides how a camera sees it.
 
     Attributes:
-        pose: TCP pose.
+        pose: TCP pose in the world.
         top: height of what is grasped, above the table [m].
     """
 

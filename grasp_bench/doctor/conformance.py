@@ -15,9 +15,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from grasp_bench.camera import Intrinsics, RgbdImage
+from grasp_bench.camera import CameraPose, Intrinsics, RgbdImage
+from grasp_bench.doctor.frames import slips
 from grasp_bench.errors import PredictorError
-from grasp_bench.grasps import Grasp, angle_difference, wrap_angle
+from grasp_bench.grasps import Grasp, SpatialGrasp, angle_difference, wrap_angle
 from grasp_bench.objects.catalog import Catalog
 from grasp_bench.predictors.guard import Guard
 from grasp_bench.predictors.names import PythonPath, parse
@@ -46,11 +47,13 @@ class Sample:
         name: name in the table.
         image: what the predictor is given.
         mask: (H, W) where the object is, if there is one.
+        camera: where the camera stands, if it stands anywhere.
     """
 
     name: str
     image: RgbdImage
     mask: Mask | None = None
+    camera: CameraPose | None = None
 
 
 @dataclass(frozen=True)
@@ -117,7 +120,7 @@ def rendered_scene() -> Sample:
     picture = camera.picture(world.model, world.data)
     image = sense(picture, camera.intrinsics, scenario.sensor, stream(0, OBJECT, 0, Purpose.SENSOR))
     mask = (picture.geom >= 0) & (world.model.geom_bodyid[picture.geom] == world.object_body)
-    return Sample("rendered scene", image, mask)
+    return Sample("rendered scene", image, mask, camera.pose)
 
 
 def _plain(
@@ -229,29 +232,39 @@ def _check(predictor: Predictor, sample: Sample, clock: Callable[[], float]) -> 
     elif row.seconds > SLOW:
         row.findings.append(Finding("remark", f"takes {row.seconds:.1f} s for an image"))
     with Guard():
-        row.findings += _frames(list(said[0]), sample)
+        row.findings += _frames(list(said[0]), grasps, sample)
     row.findings.sort(key=lambda f: f.level != "failure")
     return row
 
 
-def _frames(raw: list[Grasp], sample: Sample) -> list[Finding]:
+def _frames(raw: list[Any], sound: list[Grasp], sample: Sample) -> list[Finding]:
     """Return what is odd about the units and axes of the numbers."""
     if not raw:
         return []
     failures, remarks = [], []
-    steepest = max(abs(float(g.angle)) for g in raw)
+    flat = [g for g, known in zip(raw, sound, strict=True) if not isinstance(known, SpatialGrasp)]
+    steepest = max((abs(float(g.angle)) for g in flat), default=0.0)
     if steepest > 2 * math.pi:
         failures.append(f"an angle of {steepest:.1f}: these look like degrees; angles are radians")
-    elif any(wrap_angle(float(g.angle)) != float(g.angle) for g in raw):
+    elif any(wrap_angle(float(g.angle)) != float(g.angle) for g in flat):
         remarks.append("angles outside (−π/2, π/2] are wrapped: a half turn is the same grasp")
     if any(not 0 <= float(g.quality) <= 1 for g in raw):
         remarks.append("qualities outside [0, 1] are clipped")
     if any(float(a.quality) < float(b.quality) for a, b in pairwise(raw)):
         remarks.append("qualities do not descend; the first grasp is taken as the best")
-    if max(float(g.width) for g in raw) < 2:
+    if flat and max(float(g.width) for g in flat) < 2:
         remarks.append("all openings are narrower than 2 px: are they metres, or fractions of the image?")
     found = [Finding("failure", text) for text in failures] + [Finding("remark", text) for text in remarks]
-    return found + ([] if sample.mask is None else _on_object(raw[0], sample.mask))
+    if sample.mask is None:
+        return found
+    if isinstance(best := sound[0], SpatialGrasp):
+        assert sample.camera is not None
+        found += [
+            Finding(level, text)
+            for level, text in slips(best.pose, sample.image.cloud(sample.mask)[0], sample.camera)
+        ]
+        return found
+    return found + _on_object(best, sample.mask)
 
 
 def _on_object(best: Grasp, mask: Mask) -> list[Finding]:

@@ -5,15 +5,17 @@ Nothing here knows the simulator: the planner sees what the camera saw, and the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import numpy as np
 
-from grasp_bench.grasps import Grasp, GraspPose, KnownGrasp
-from grasp_bench.planning.depth import WIDENING_GAIN, grasp_pose, wanted_tip, widening
-from grasp_bench.planning.refusals import Unreachable
+from grasp_bench.grasps import Grasp, GraspPose, KnownGrasp, SpatialGrasp
+from grasp_bench.planning.depth import WIDENING_GAIN, grasp_pose, openings, wanted_tip, widening
+from grasp_bench.planning.obstacles import Obstacles
+from grasp_bench.planning.refusals import Blocked, Unreachable
 from grasp_bench.planning.seen import SeenScene
 from grasp_bench.planning.shake import amplitude, shaken
 from grasp_bench.robot.kinematics import InverseKinematics
@@ -24,6 +26,13 @@ from grasp_bench.system.arrays import Floats
 
 WAYPOINT = 0.025
 """Spacing of waypoints on straight lines [m]."""
+CLEAR = 0.03
+"""Height above everything seen at which the hand comes [m]."""
+DOWN = np.array([0.0, 0.0, -1.0])
+UPRIGHT = -1 + 1e-9
+"""A hand whose approach has a lesser z than this points straight down."""
+ENTRY = 16
+"""Postures on the way from home that are looked at."""
 
 
 @dataclass(frozen=True)
@@ -31,13 +40,13 @@ class Plan:
     """A grasp turned into motions.
 
     Attributes:
-        grasp: the image-plane grasp that is planned.
+        grasp: the grasp that is planned, as it looks in the image.
         pose: TCP pose at the grasp.
         top: height of what is grasped, above the table [m].
         shortfall: how far above their wanted depth the tips are kept by what is seen under them [m].
         widening: how much wider the jaws open than predicted [m].
         reach: motion from home to above the grasp.
-        approach, lift: motions straight down and up.
+        approach, lift: motions along the approach to the grasp, and straight up from it.
         carry: motion to the place of the hold.
         shake: bursts along the axes of the TCP, between lift and carry; empty where there are none.
     """
@@ -59,6 +68,28 @@ class Plan:
         return self.shortfall <= WIDENING_GAIN + 1e-6
 
 
+@dataclass(frozen=True)
+class Aim:
+    """Where a grasp is, before the arm's motion to it is known.
+
+    Attributes:
+        grasp, pose, top, shortfall, widening: as of a :class:`Plan`.
+        points: (N, 3) seen points that the arm must not meet [m]; None where it was planned on heights.
+    """
+
+    grasp: Grasp
+    pose: GraspPose
+    top: float
+    shortfall: float = 0.0
+    widening: float = 0.0
+    points: Floats | None = None
+
+
+def _upright(pose: GraspPose) -> bool:
+    """Return whether the hand points straight down."""
+    return bool(pose.approach[2] < UPRIGHT)
+
+
 def straight(start: Floats, end: Floats) -> list[Floats]:
     """Return points on a line every :data:`WAYPOINT`, without the start."""
     count = max(1, int(np.ceil(np.linalg.norm(end - start) / WAYPOINT)))
@@ -72,11 +103,17 @@ class Planner:
         self.scenario, self.robot = scenario, robot or scenario.robot.loaded
         self.ik = InverseKinematics(self.robot)
 
+    @cached_property
+    def obstacles(self) -> Obstacles:
+        """What a grasp in six degrees of freedom is checked against."""
+        return Obstacles(self.robot)
+
     def varied(self, scenario: Scenario, robot: Robot) -> Planner:
         """Return a planner of another scenario, and of a robot that differs in its fingers at most; the two
         share the IK solver."""
         other = copy(self)
         other.scenario, other.robot = scenario, robot
+        other.__dict__.pop("obstacles", None)
         return other
 
     def plan(self, scene: SeenScene, grasp: Grasp) -> Plan:
@@ -88,56 +125,125 @@ class Planner:
         """
         motion, gripper = self.scenario.motion, self.robot.gripper
         if isinstance(grasp, KnownGrasp):
-            pose, top, wider = grasp.pose, grasp.top, 0.0
-        else:
-            pose, top = grasp_pose(scene, grasp, motion, gripper, self.scenario.execution)
-            wider = widening(scene, grasp, pose, top, gripper)
+            short = grasp.pose.position[2] - wanted_tip(grasp.top, motion) if _upright(grasp.pose) else 0.0
+            return self._motion(scene, Aim(grasp, grasp.pose, grasp.top, short))
+        if isinstance(grasp, SpatialGrasp):
+            pose, wider = self._clear(scene, grasp.pose.moved(scene.camera.rotation, scene.camera.position))
+            aim = Aim(grasp, pose, float(pose.position[2]), widening=wider, points=scene.points)
+            return self._motion(scene, aim)
+        pose, top = grasp_pose(scene, grasp, motion, gripper, self.scenario.execution)
+        wider = widening(scene, grasp, pose, top, gripper)
+        return self._motion(scene, Aim(grasp, pose, top, pose.position[2] - wanted_tip(top, motion), wider))
+
+    def _clear(self, scene: SeenScene, pose: GraspPose) -> tuple[GraspPose, float]:
+        """Return a grasp's pose with an opening at which the hand gets there, and how much wider that is [m].
+
+        Raises:
+            Blocked: where it does not.
+        """
+        gripper, execution = self.robot.gripper, self.scenario.execution
+        predicted, met = min(pose.opening, gripper.opening), ""
+        for opening in openings(pose.opening, gripper.opening, execution):
+            opened = replace(pose, opening=opening)
+            in_the_way = self.obstacles.hand(scene.points, opened, self.scenario.motion.approach_height)
+            if not in_the_way:
+                return opened, opening - predicted
+            met = met or in_the_way
+        raise Blocked(f"on its way to the grasp the hand would meet {met}; the arm did not move")
+
+    def _motion(self, scene: SeenScene, aim: Aim) -> Plan:
+        """Plan the motion to where a grasp is, and with it from there.
+
+        Raises:
+            Unreachable: when the arm cannot carry it out.
+        """
+        pose = aim.pose
+        upright = _upright(pose)
+        solutions = self.ik.solve_grasp(pose) if upright else self.ik.solve_tilted(pose)
+        why = ""
+        for candidate, q in solutions:
+            try:
+                return self._way(scene, aim, candidate, q, upright)
+            except Unreachable as error:
+                why = why or str(error)  # empty where no joint angles were found
+        x, y, z = pose.position
+        none = f"no joint angles for the TCP at ({x:.3f}, {y:.3f}, {z:.3f}) m and the motion from it"
+        raise Unreachable(why or none)
+
+    def _way(self, scene: SeenScene, aim: Aim, candidate: GraspPose, q: Floats, upright: bool) -> Plan:
+        """Plan the motion through one solution of inverse kinematics.
+
+        Raises:
+            Unreachable: where it does not go through.
+        """
+        motion, place = self.scenario.motion, aim.pose.position
         timed = partial(through, limits=self.robot.arm.velocity_limits)
         period = self.scenario.physics.timestep * self.scenario.physics.control_steps
-        above = max(pose.position[2] + motion.approach_height, scene.highest(self.scenario.table) + 0.03)
-        raised = np.array([*pose.position[:2], above])
-        lifted = pose.position + [0, 0, motion.lift_height]
+        fraction = motion.speed_fraction
+        drop = 0.0 if upright else self.obstacles.drop(candidate)
+        stand_off = place - motion.approach_height * (DOWN if upright else candidate.approach)
+        above = max(stand_off[2], scene.highest(self.scenario.table) + CLEAR + drop)
+        raised = np.array([*stand_off[:2], above])
+        if upright:
+            raised[:2] = place[:2]
+        lifted = place + [0, 0, motion.lift_height]
         target = np.array([*motion.carry_to[:2], lifted[2] + motion.carry_to[2]])
-        for candidate, q in self.ik.solve_grasp(pose):
 
-            def chain(
-                start: Floats, end: Floats, from_q: Floats, rotation: Floats = candidate.rotation
-            ) -> list[Floats] | None:
-                return self.ik.follow([GraspPose(p, rotation, 0.0) for p in straight(start, end)], from_q)
+        def chain(start: Floats, end: Floats, from_q: Floats) -> list[Floats]:
+            line = [GraspPose(p, candidate.rotation, 0.0) for p in straight(start, end)]
+            found = self.ik.follow(line, from_q)
+            if found is None:
+                raise Unreachable
+            return found
 
-            up = chain(pose.position, raised, q)
-            lift = chain(pose.position, lifted, q)
-            carry = chain(lifted, target, lift[-1]) if lift else None
-            if not (up and lift and carry):
-                continue
-            shake = self.shake(GraspPose(lifted, candidate.rotation, 0.0), lift[-1], period)
-            if shake is None:
-                continue
-            fraction = motion.speed_fraction
-            reach = timed([np.asarray(self.robot.arm.home), up[-1]], period, fraction)
-            down = timed([*up[::-1], q], period, fraction, above - pose.position[2], motion.approach_speed)
-            return Plan(
-                grasp,
-                candidate,
-                top,
-                pose.position[2] - wanted_tip(top, motion),
-                wider,
-                reach,
-                down,
-                timed([q, *lift], period, fraction, motion.lift_height, motion.lift_speed),
-                timed(
-                    [lift[-1], *carry],
-                    period,
-                    fraction,
-                    float(np.linalg.norm(target - lifted)),
-                    motion.carry_speed,
-                ),
-                shake,
-            )
-        x, y, z = pose.position
-        raise Unreachable(
-            f"no joint angles for the TCP at ({x:.3f}, {y:.3f}, {z:.3f}) m and the motion from it"
+        back = chain(place, raised if upright else stand_off, q)
+        up = [] if upright or above - stand_off[2] < 1e-6 else chain(stand_off, raised, back[-1])
+        lift = chain(place, lifted, q)
+        carry = chain(lifted, target, lift[-1])
+        if aim.points is not None or not upright:
+            free = [q, *back, *up, *lift, *carry]
+            entry = np.linspace(self.robot.arm.home, (up or back)[-1], ENTRY)
+            self._check(aim, [*free, *entry])
+        shake = self.shake(GraspPose(lifted, candidate.rotation, 0.0), lift[-1], period)
+        if shake is None:
+            raise Unreachable
+        speed = motion.approach_speed
+        reach = timed([np.asarray(self.robot.arm.home), (up or back)[-1]], period, fraction)
+        length = above - place[2] if upright else motion.approach_height
+        approach = timed([*back[::-1], q], period, fraction, length, speed)
+        if up:
+            down = timed([*up[::-1], back[-1]], period, fraction, above - stand_off[2], speed)
+            approach = down.then(approach)
+        return Plan(
+            aim.grasp,
+            candidate,
+            aim.top,
+            aim.shortfall,
+            aim.widening,
+            reach,
+            approach,
+            timed([q, *lift], period, fraction, motion.lift_height, motion.lift_speed),
+            timed(
+                [lift[-1], *carry],
+                period,
+                fraction,
+                float(np.linalg.norm(target - lifted)),
+                motion.carry_speed,
+            ),
+            shake,
         )
+
+    def _check(self, aim: Aim, postures: Sequence[Floats]) -> None:
+        """Refuse a way on which the arm meets something.
+
+        Raises:
+            Unreachable: where it does.
+        """
+        points = np.zeros((0, 3)) if aim.points is None else aim.points
+        for q in postures:
+            met = self.obstacles.arm(points, q, aim.pose.opening)
+            if met:
+                raise Unreachable(f"on its way the arm would meet {met}")
 
     def shake(self, pose: GraspPose, q: Floats, period: float) -> tuple[Trajectory, ...] | None:
         """Plan bursts along the axes of the TCP at ``pose``, reached with joints ``q``; empty where the

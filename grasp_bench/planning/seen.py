@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -19,6 +20,8 @@ STRAYS = 3
 """From this many points on, what is seen is no noise; a thin rod under a finger's corner may show no more."""
 STRAYS_UNDER_HAND = 20
 """The same for the hand, under which some 3,000 pixels see."""
+NEIGHBOURS, SAME_SURFACE = 3, 0.010
+"""A reading counts in the cloud where so many of its eight neighbours differ by less than this [m]."""
 
 
 class SeenScene:
@@ -48,6 +51,25 @@ class SeenScene:
             places = self.camera.position[axis] + self._rays[..., axis].ravel()[tall] * depth
             on_table &= np.abs(places - table.center[axis]) <= table.size[axis] / 2
         return max(highest(heights[tall[on_table]], STRAYS_UNDER_HAND), 0.0)
+
+    @cached_property
+    def points(self) -> Floats:
+        """(N, 3) places of what stands higher than the table's noise [m], flying pixels left out."""
+        chosen = self._steady & (self.heights > TABLE_NOISE)
+        return self.camera.position + self._rays[chosen] * self.image.depth[chosen][:, None]
+
+    @property
+    def _steady(self) -> NDArray[np.bool_]:
+        """(H, W) mask of pixels of whose eight neighbours :data:`NEIGHBOURS` lie about as far away: cameras
+        mix near and far at edges, and such readings hang in the air."""
+        depth = self.image.depth
+        padded = np.pad(depth, 1)
+        h, w = depth.shape
+        beside = [
+            padded[1 + r : 1 + r + h, 1 + c : 1 + c + w] for r in (-1, 0, 1) for c in (-1, 0, 1) if r or c
+        ]
+        near = sum((np.abs(other - depth) < SAME_SURFACE).astype(np.uint8) for other in beside)
+        return self.image.valid & (near >= NEIGHBOURS)
 
     def on_plane(self, pixel: Floats, height: float) -> Floats:
         """Return the world point where the ray through ``pixel`` (2,) meets the plane z = ``height``.

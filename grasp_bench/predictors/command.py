@@ -24,7 +24,7 @@ from filelock import FileLock, Timeout
 
 from grasp_bench.camera import RgbdImage
 from grasp_bench.errors import PredictorError
-from grasp_bench.grasps import Grasp
+from grasp_bench.grasps import Grasp, GraspPose
 from grasp_bench.predictors import guardian
 from grasp_bench.predictors.remote import ANSWER_SECONDS, RemotePredictor, UnansweredError
 
@@ -66,7 +66,7 @@ class CommandPredictor:
             os.ftruncate(self._log.fileno(), 0)
         self._remote.begin(rng)
 
-    def predict(self, image: RgbdImage) -> list[Grasp]:
+    def predict(self, image: RgbdImage) -> list[Grasp | GraspPose]:
         """Ask the server for grasps.
 
         Raises:

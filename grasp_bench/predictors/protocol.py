@@ -12,9 +12,10 @@ import numpy as np
 
 from grasp_bench.camera import CameraPose, Intrinsics, RgbdImage
 from grasp_bench.errors import PredictorError
-from grasp_bench.grasps import Grasp, KnownGrasp, wrap_angle
+from grasp_bench.grasps import Grasp, GraspPose, KnownGrasp, SpatialGrasp, wrap_angle
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.predictors.guard import Guard
+from grasp_bench.predictors.spatial import checked_pose
 from grasp_bench.system.arrays import Floats
 from grasp_bench.system.texts import named, shown
 
@@ -43,8 +44,9 @@ class Predictor(Protocol):
     The image is the predictor's own copy, and it may write into it.
     """
 
-    def predict(self, image: RgbdImage) -> list[Grasp]:
-        """Return grasps in pixels and radians of the full ``image``, best first; empty for none."""
+    def predict(self, image: RgbdImage) -> Sequence[Grasp | GraspPose]:
+        """Return grasps in pixels and radians of the full ``image``, or poses in its camera's frame; best
+        first, empty for none."""
         ...
 
 
@@ -138,14 +140,14 @@ def _in_turn(control: PrivilegedPredictor, image: RgbdImage, truths: Sequence[Gr
 
 
 def checked(grasps: Any, intrinsics: Intrinsics) -> list[Grasp]:
-    """Return the grasps as plain numbers, with angles wrapped.
+    """Return the grasps as plain numbers, with angles wrapped, and poses as they look in the image.
 
     Raises:
         PredictorError: naming the first grasp that is unusable, and why.
     """
     with Guard("the answer cannot be read: it raised"):
         if not isinstance(grasps, (list, tuple)):
-            raise PredictorError(f"predict() must return a list of Grasp, got {named(grasps)}")
+            raise PredictorError(f"predict() must return a list of Grasp or GraspPose, got {named(grasps)}")
         plain = list(list.__iter__(grasps) if isinstance(grasps, list) else tuple.__iter__(grasps))
         if len(plain) > MOST_GRASPS:
             raise PredictorError(f"{len(plain)} grasps are too many; return the best {MOST_GRASPS} or fewer")
@@ -153,8 +155,12 @@ def checked(grasps: Any, intrinsics: Intrinsics) -> list[Grasp]:
 
 
 def _checked(i: int, grasp: Any, intrinsics: Intrinsics) -> Grasp:
+    if isinstance(grasp, SpatialGrasp):
+        grasp = grasp.pose
+    if isinstance(grasp, GraspPose):
+        return SpatialGrasp.of(checked_pose(i, grasp), intrinsics.project)
     if not isinstance(grasp, Grasp):
-        raise PredictorError(f"grasp {i} is a {named(grasp)}, not a grasp_bench.Grasp")
+        raise PredictorError(f"grasp {i} is a {named(grasp)}, not a grasp_bench.Grasp or GraspPose")
     try:
         fields = (grasp.x, grasp.y, grasp.angle, grasp.width, grasp.quality)
         if any(isinstance(v, (str, bytes)) for v in fields):

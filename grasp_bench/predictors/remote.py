@@ -20,7 +20,7 @@ import numpy as np
 
 from grasp_bench.camera import RgbdImage
 from grasp_bench.errors import PredictorError
-from grasp_bench.grasps import Grasp
+from grasp_bench.grasps import Grasp, GraspPose
 from grasp_bench.predictors import wire
 
 T = TypeVar("T")
@@ -67,7 +67,7 @@ class RemotePredictor:
         """Take the trial's random stream; its state travels with the image."""
         self._seed = wire.seed_of(rng)
 
-    def predict(self, image: RgbdImage) -> list[Grasp]:
+    def predict(self, image: RgbdImage) -> list[Grasp | GraspPose]:
         """Ask the server for grasps.
 
         Raises:
@@ -98,8 +98,10 @@ class RemotePredictor:
             if status != 200:
                 raise PredictorError(f"status {status}")
             content = wire.decode_object(body)
-            if content.get("protocol") != wire.PROTOCOL:
-                raise PredictorError(f"protocol {content.get('protocol')!r}, not {wire.PROTOCOL}")
+            spoken = content.get("protocol")
+            if isinstance(spoken, bool) or spoken not in wire.UNDERSTOOD:
+                known = " or ".join(map(str, wire.UNDERSTOOD))
+                raise PredictorError(f"protocol {spoken!r}, not {known}")
         except PredictorError as error:
             raise PredictorError(
                 f"{self._label}/info is not that of a grasp predictor: {error}; see docs/predictors.md."

@@ -11,7 +11,10 @@
 
 The answer is JSON, ``{"grasps": [{"x": …, "y": …, "angle": …, "width": …, "quality": …}, …]}``, best
 first, in the units of :class:`grasp_bench.Grasp`; or ``{"error": "…"}`` with a status other than 200.
-``GET /info`` answers ``{"protocol": 1, …}`` with whatever else identifies the predictor.
+From protocol 2 on a grasp may be ``{"position": [x, y, z], "rotation": [[…], […], […]], "opening": …,
+"quality": …}`` instead, in the units of :class:`grasp_bench.GraspPose` and the camera's frame.
+``GET /info`` answers ``{"protocol": 2, …}`` with whatever else identifies the predictor; servers of protocol
+1 are asked as ever.
 
 What arrives is never unpickled, and nothing is allocated on the word of a header.
 """
@@ -29,9 +32,11 @@ from numpy.typing import NDArray
 
 from grasp_bench.camera import Intrinsics, RgbdImage
 from grasp_bench.errors import GraspBenchError, PredictorError
-from grasp_bench.grasps import Grasp
+from grasp_bench.grasps import Grasp, GraspPose, SpatialGrasp
 
-PROTOCOL = 1
+PROTOCOL = 2
+"""What this side speaks; :data:`UNDERSTOOD` are those of servers that it can ask."""
+UNDERSTOOD = (1, 2)
 REQUEST_BYTES = 128 * 2**20
 """Largest request: an image of 4096 × 4096 pixels, the largest a scenario may have, fits."""
 ANSWER_BYTES = 2**20
@@ -41,6 +46,7 @@ INFO_BYTES = 2**16
 
 _ARRAYS = {"rgb": np.dtype(np.uint8), "depth": np.dtype("<f4"), "K": np.dtype("<f8"), "seed": np.dtype("<u8")}
 _FIELDS = ("x", "y", "angle", "width", "quality")
+_POSE = ("position", "rotation", "opening", "quality")
 
 Seed = NDArray[np.uint64]
 
@@ -168,12 +174,20 @@ def _array(raw: bytes, member: str) -> NDArray[Any]:
 
 def encode_answer(grasps: list[Grasp]) -> bytes:
     """Return the body of a good answer; numbers survive it to the bit."""
-    rows = [{name: float(getattr(g, name)) for name in _FIELDS} for g in grasps]
+    rows = [_row(g) for g in grasps]
     return json.dumps({"grasps": rows}, allow_nan=False).encode()
 
 
-def decode_answer(body: bytes) -> list[Grasp]:
-    """Read the grasps of an answer; whether they are in the image is not checked.
+def _row(grasp: Grasp) -> dict[str, Any]:
+    if isinstance(grasp, SpatialGrasp):
+        pose = grasp.pose
+        lists = {"position": pose.position.tolist(), "rotation": pose.rotation.tolist()}
+        return lists | {"opening": float(pose.opening), "quality": float(pose.quality)}
+    return {name: float(getattr(grasp, name)) for name in _FIELDS}
+
+
+def decode_answer(body: bytes) -> list[Grasp | GraspPose]:
+    """Read the grasps of an answer; whether they are in the image, and poses are sound, is not checked.
 
     Raises:
         PredictorError: saying what is wrong with it.
@@ -187,7 +201,9 @@ def decode_answer(body: bytes) -> list[Grasp]:
     return [_grasp(i, row) for i, row in enumerate(content["grasps"])]
 
 
-def _grasp(i: int, row: Any) -> Grasp:
+def _grasp(i: int, row: Any) -> Grasp | GraspPose:
+    if isinstance(row, dict) and not set(row) & set(_FIELDS[:4]) and set(row) & set(_POSE[:3]):
+        return _pose(i, row)
     if not isinstance(row, dict) or not set(_FIELDS[:4]) <= set(row) <= set(_FIELDS):
         raise PredictorError(
             f"grasp {i} of the answer must have x, y, angle, width and quality, got {repr(row)[:100]}"
@@ -196,6 +212,30 @@ def _grasp(i: int, row: Any) -> Grasp:
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise PredictorError(f"grasp {i} of the answer: {name} must be a number, got {repr(value)[:100]}")
     return Grasp(**row)
+
+
+def _pose(i: int, row: dict[str, Any]) -> GraspPose:
+    if not set(_POSE[:3]) <= set(row) <= set(_POSE):
+        raise PredictorError(
+            f"grasp {i} of the answer must have {', '.join(_POSE[:3])} and quality, got {repr(row)[:100]}"
+        )
+    numbers = {}
+    for name, value in row.items():
+        shape = {"position": (3,), "rotation": (3, 3)}.get(name, ())
+        flat = [value] if shape == () else value
+        if shape == (3, 3) and isinstance(value, list) and all(isinstance(r, list) for r in value):
+            flat = [v for r in value for v in r]
+        right = isinstance(flat, list) and len(flat) == math.prod(shape)
+        if not right or any(isinstance(v, bool) or not isinstance(v, (int, float)) for v in flat):
+            what = {(): "a number", (3,): "a list of 3 numbers"}.get(shape, "3 lists of 3 numbers")
+            raise PredictorError(f"grasp {i} of the answer: {name} must be {what}, got {repr(value)[:100]}")
+        try:
+            numbers[name] = np.array([float(v) for v in flat]).reshape(shape) if shape else float(value)
+        except OverflowError as error:
+            raise PredictorError(
+                f"grasp {i} of the answer: {name} holds a number beyond reckoning"
+            ) from error
+    return GraspPose(**numbers)
 
 
 def decode_object(body: bytes) -> dict[str, Any]:

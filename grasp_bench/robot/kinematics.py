@@ -8,8 +8,8 @@ reported as unreachable rather than executed nearly.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from functools import lru_cache
+from collections.abc import Iterator, Mapping
+from functools import cached_property, lru_cache
 
 import mink
 import mujoco
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from grasp_bench.grasps import GraspPose
 from grasp_bench.robot.arm import Arm
 from grasp_bench.robot.gripper import Gripper
+from grasp_bench.robot.postures import Postures
 from grasp_bench.robot.robot import EC66_PARALLEL_85, Robot
 
 Joints = NDArray[np.float64]
@@ -28,6 +29,8 @@ POSITION_TOLERANCE = 1e-4
 """Accepted TCP error [m]; the executed trial must then come within 1 mm."""
 ANGLE_TOLERANCE = math.radians(0.05)
 MAX_ITERATIONS = 60
+SAME = 0.05
+"""Solutions whose joints differ by less than this are one [rad]."""
 STEP = 0.1
 """Pseudo-time of one iteration [s]; with the velocity limits it bounds the joint step."""
 
@@ -130,6 +133,26 @@ class InverseKinematics:
             if q is not None:
                 found.append((float(np.abs(q - ready).max()), candidate, q))
         return [(g, q) for _, g, q in sorted(found, key=lambda f: f[0])]
+
+    @cached_property
+    def postures(self) -> Postures:
+        """Starts for a tilted tool."""
+        return Postures(self.model, self.robot.arm, self.robot.gripper.flange_to_tcp)
+
+    def solve_tilted(self, pose: GraspPose) -> Iterator[tuple[GraspPose, Joints]]:
+        """Give solutions for ``pose`` and its half turn whose approach may have any direction, least travel
+        from the ready posture first among those of one way round."""
+        ready = np.array(self.robot.arm.ready)
+        for found in (self._solutions(pose), self._solutions(pose.flipped())):
+            yield from sorted(found, key=lambda f: float(np.abs(f[1] - ready).max()))
+
+    def _solutions(self, pose: GraspPose) -> list[tuple[GraspPose, Joints]]:
+        found: list[Joints] = []
+        for start in self.postures.near(pose):
+            q = self.solve(pose, start)
+            if q is not None and all(np.abs(q - other).max() > SAME for other in found):
+                found.append(q)
+        return [(pose, q) for q in found]
 
     def follow(self, poses: list[GraspPose], start: Joints) -> list[Joints] | None:
         """Return joint angles along a chain of close poses, each solved from the one before; None where one

@@ -27,6 +27,13 @@ class Trajectory:
     positions: Floats
     velocities: Floats
 
+    def then(self, other: Trajectory) -> Trajectory:
+        """Return this motion followed by another, which begins where this one ends."""
+        return Trajectory(
+            np.concatenate([self.positions, other.positions]),
+            np.concatenate([self.velocities, other.velocities]),
+        )
+
     @property
     def end(self) -> Floats:
         """(N,) joint angles at the end."""

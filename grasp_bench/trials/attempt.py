@@ -16,7 +16,7 @@ import numpy as np
 
 from grasp_bench.camera import RgbdImage
 from grasp_bench.errors import PredictorError
-from grasp_bench.grasps import Grasp
+from grasp_bench.grasps import Grasp, SpatialGrasp
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.planning.choice import choose_grasp
 from grasp_bench.planning.planner import Plan
@@ -201,9 +201,17 @@ def _truths(world: World, models: Sequence[ObjectModel], camera: SceneCamera) ->
 
 
 def _meant(grasp: Grasp, picture: Picture, world: World, camera: SceneCamera) -> int:
-    """Return the index of the object under a grasp's centre, or of the nearest one where there is none."""
+    """Return the index of the object under a grasp's centre, or of the nearest one where there is none; of a
+    grasp in six degrees of freedom the one that is seen nearest to its TCP."""
     height, width = picture.geom.shape
-    row, column = min(int(grasp.y), height - 1), min(int(grasp.x), width - 1)
+    if isinstance(grasp, SpatialGrasp) and len(world.bodies) > 1:
+        bodies = np.where(picture.geom >= 0, world.model.geom_bodyid[picture.geom], -1)
+        shown = np.isin(bodies, world.bodies)
+        if shown.any():
+            places = camera.intrinsics.rays()[shown] * picture.depth[shown][:, None]
+            nearest = int(np.argmin(np.linalg.norm(places - grasp.pose.position, axis=1)))
+            return world.bodies.index(int(bodies[shown][nearest]))
+    row, column = min(max(int(grasp.y), 0), height - 1), min(max(int(grasp.x), 0), width - 1)
     geom = int(picture.geom[row, column])
     if geom >= 0 and (body := int(world.model.geom_bodyid[geom])) in world.bodies:
         return world.bodies.index(body)

@@ -94,7 +94,7 @@ def waver(image: RgbdImage, calls: Any = count()) -> list[Grasp]:  # noqa: B008
 @pytest.mark.parametrize(
     ("predictor", "text"),
     [
-        (Told(lambda image: None), "must return a list of Grasp, got NoneType"),
+        (Told(lambda image: None), "must return a list of Grasp or GraspPose, got NoneType"),
         (Told(lambda image: np.zeros((3, 5))), "got ndarray"),
         (Told(lambda image: (g for g in middle(image))), "got generator"),
         (Told(lambda image: [(1, 2, 3, 4, 5)]), "grasp 0 is a tuple"),

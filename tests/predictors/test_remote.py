@@ -252,8 +252,8 @@ def test_a_hostile_answer_ends_its_trial_as_an_error_with_the_reason(
 @pytest.mark.parametrize(
     ("body", "reason"),
     [
-        (b"{}", "protocol None, not 1"),
-        (b'{"protocol": 99}', "protocol 99, not 1"),
+        (b"{}", "protocol None, not 1 or 2"),
+        (b'{"protocol": 99}', "protocol 99, not 1 or 2"),
         (b"[1]", "a JSON object"),
         (b'{"protocol": 1, "x": "' + b"y" * 70_000 + b'"}', "more than 65536 bytes"),
         (b"\x00", "not JSON"),
@@ -309,7 +309,7 @@ def test_environment_proxies_do_not_see_a_loopback_request(
 ) -> None:
     for name in ("HTTP_PROXY", "http_proxy", "ALL_PROXY"):
         monkeypatch.setenv(name, "http://127.0.0.1:9")
-    assert RemotePredictor(addresses["random"]).info()["protocol"] == 1
+    assert RemotePredictor(addresses["random"]).info()["protocol"] == 2
 
 
 def test_loopback_is_told_from_the_rest() -> None:

@@ -82,7 +82,7 @@ def test_info_tells_protocol_software_and_weights() -> None:
     (answer,) = asked(make_app(*servable("random")), ("GET", "/info", b""))
     info = answer.json()
     assert info.pop("software").startswith("grasp-bench ")
-    assert info == {"protocol": 1, "predictor": "random"}
+    assert info == {"protocol": 2, "predictor": "random"}
     info = describe("htc-grasp", None)
     assert len(info["files"]["htc-grasp.safetensors"]) == 64
 

@@ -257,8 +257,8 @@ def test_a_diverged_world_is_not_stepped_on(scenario: Scenario, lying: ObjectMod
     ("predictor", "words"),
     [
         (Raises(), "the predictor raised ZeroDivisionError: by nought"),
-        (Says(None), "must return a list of Grasp, got NoneType"),
-        (Says(np.zeros((3, 5))), "must return a list of Grasp, got ndarray"),
+        (Says(None), "must return a list of Grasp or GraspPose, got NoneType"),
+        (Says(np.zeros((3, 5))), "must return a list of Grasp or GraspPose, got ndarray"),
         (Says([(1, 2, 3, 4, 5)]), "grasp 0 is a tuple"),
         (Says([Grasp(160, 120, math.nan, 40)]), "holds NaN"),
         (Says([Grasp(160, 120, 0, 40), Grasp(160, 120, 0, math.inf)]), "grasp 1 holds NaN or infinity"),

@@ -16,6 +16,8 @@ from grasp_bench.planning.depth import WIDENING_GAIN, grasp_pose, wanted_tip, wi
 from grasp_bench.planning.refusals import Unreachable
 from grasp_bench.planning.seen import SeenScene
 from grasp_bench.planning.shake import amplitude, shaken
+from grasp_bench.planning.suction import cup_pose, wanted_height
+from grasp_bench.robot.cup import SuctionCup
 from grasp_bench.robot.kinematics import InverseKinematics
 from grasp_bench.robot.robot import Robot
 from grasp_bench.robot.trajectory import Trajectory, through
@@ -89,9 +91,15 @@ class Planner:
         motion, gripper = self.scenario.motion, self.robot.gripper
         if isinstance(grasp, KnownGrasp):
             pose, top, wider = grasp.pose, grasp.top, 0.0
+        elif isinstance(gripper, SuctionCup):
+            (pose, top), wider = cup_pose(scene, grasp, motion, gripper), 0.0
         else:
             pose, top = grasp_pose(scene, grasp, motion, gripper, self.scenario.execution)
             wider = widening(scene, grasp, pose, top, gripper)
+        if isinstance(gripper, SuctionCup):
+            wanted = wanted_height(top, motion, gripper)
+        else:
+            wanted = wanted_tip(top, motion)
         timed = partial(through, limits=self.robot.arm.velocity_limits)
         period = self.scenario.physics.timestep * self.scenario.physics.control_steps
         above = max(pose.position[2] + motion.approach_height, scene.highest(self.scenario.table) + 0.03)
@@ -120,7 +128,7 @@ class Planner:
                 grasp,
                 candidate,
                 top,
-                pose.position[2] - wanted_tip(top, motion),
+                pose.position[2] - wanted,
                 wider,
                 reach,
                 down,

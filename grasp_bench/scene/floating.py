@@ -100,7 +100,7 @@ def compile_floating(
     hand = mujoco.MjSpec.from_file(str(gripper.path))
     set_gripper(
         gripper,
-        [hand.geom(name) for name in gripper.pads],
+        [hand.geom(name) for name in dict.fromkeys(gripper.pads)],
         hand.actuator(gripper.actuator),
         scenario,
         max((o.friction for o in objects), default=1.0),
@@ -208,17 +208,10 @@ class FloatingGripper:
         mujoco.mj_resetData(model, data)
         data.qpos[:], data.qvel[:] = state
         height = tip[2] + self.gripper.flange_to_tcp
-        self.put([tip[0], tip[1], height, yaw], opening)
-        mujoco.mj_forward(model, data)
-        if self.penetrates():
-            return Attempt(False, "collision")
         dt = model.opt.timestep
-        squeeze = -self.scenario.gripper.squeeze
         chunk = 5
-        for jaw in np.arange(opening / 2, squeeze, -routine.closing_speed * dt * chunk):
-            data.ctrl[self.jaw] = self.gripper.command(float(jaw))
-            mujoco.mj_step(model, data, chunk)
-        data.ctrl[self.jaw] = self.gripper.command(squeeze)
+        if fault := self.take(np.array([*tip[:2], height, yaw]), opening, routine):
+            return Attempt(False, fault)
         mujoco.mj_step(model, data, int(routine.pause / dt))
         grip = self.held()
         if grip is None:
@@ -242,6 +235,22 @@ class FloatingGripper:
             return Attempt(False, "unstable")
         slide = float(np.linalg.norm(self._relative(grip) - start))
         return Attempt(self.held() == grip, "held" if self.held() == grip else "slipped", slide)
+
+    def take(self, carrier: Floats, opening: float, routine: Routine) -> str:
+        """Appear at ``carrier`` (4,) [m, rad], jaws ``opening`` apart [m], and close; say what hindered it,
+        if anything."""
+        self.put(carrier, opening)
+        mujoco.mj_forward(self.model, self.data)
+        if self.penetrates():
+            return "collision"
+        squeeze = -self.scenario.gripper.squeeze
+        chunk = 5
+        step = routine.closing_speed * self.model.opt.timestep * chunk
+        for jaw in np.arange(opening / 2, squeeze, -step):
+            self.data.ctrl[self.jaw] = self.gripper.command(float(jaw))
+            mujoco.mj_step(self.model, self.data, chunk)
+        self.data.ctrl[self.jaw] = self.gripper.command(squeeze)
+        return ""
 
     def penetrates(self, depth: float = 5e-4) -> bool:
         """Return whether the gripper is more than ``depth`` inside something [m]."""

@@ -7,14 +7,15 @@ import os
 import shlex
 import signal
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 os.environ.setdefault("MUJOCO_GL", "off")  # before anything imports MuJoCo
 os.environ["GRASP_BENCH_CACHE"] = tempfile.mkdtemp(prefix="grasp-bench-tests-")
 
 import pytest
+from html_browsing import BROWSER, PATIENCE
 from hypothesis import settings
 
 from grasp_bench.cli import main
@@ -134,3 +135,15 @@ def scenario(table4: Scenario) -> Scenario:
 def planner(table4: Scenario) -> Planner:
     """Planner of the shipped scenario; it keeps no state of what it planned."""
     return Planner(table4)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """Chromium for the tests of the HTML report; they are skipped where there is none."""
+    sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
+    if BROWSER is None:
+        pytest.skip("no Chromium is installed (Debian: chromium)")
+    with sync_api.sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"], timeout=PATIENCE)
+        yield started
+        started.close()

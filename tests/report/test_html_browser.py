@@ -7,14 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from html_browsing import BROWSER, PATIENCE, Opened, draw_charts, opening, until
+from html_browsing import PATIENCE, Opened, draw_charts, opening, until
 from html_runs import HOSTILE, two_runs, write_clutter
 
 from grasp_bench.report.html.page import write_html
 from grasp_bench.runs.folder import find_runs
 
-sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
-pytestmark = pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed (Debian: chromium)")
 TRIALS = 150
 
 
@@ -22,14 +20,6 @@ TRIALS = 150
 def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = two_runs(tmp_path_factory.mktemp("browser"), TRIALS)
     return write_html(find_runs(root), root / "report.html", root).path
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with sync_api.sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"], timeout=PATIENCE)
-        yield started
-        started.close()
 
 
 @pytest.fixture

@@ -9,13 +9,11 @@ from typing import Any
 
 import pytest
 from committed import RESULTS, committed_runs
-from html_browsing import BROWSER, PATIENCE, Opened, draw_charts, opening, until
+from html_browsing import Opened, draw_charts, opening, until
 
 from grasp_bench.report.html.page import write_html
 from grasp_bench.runs.folder import find_runs, load_records
 
-sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
-pytestmark = pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed (Debian: chromium)")
 PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True}
 FIRST = ["reference/gr-convnet", "reference/htc-grasp", "reference/gr-convnet-16", "reference/htc-grasp-1000"]
 
@@ -26,14 +24,6 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for folder in committed_runs():
         shutil.copytree(folder, root / folder.relative_to(RESULTS))
     return write_html(find_runs(root), root / "report.html", root).path
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with sync_api.sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"], timeout=PATIENCE)
-        yield started
-        started.close()
 
 
 @pytest.fixture

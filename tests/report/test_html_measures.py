@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from html_browsing import BROWSER, PATIENCE, Opened, draw_charts, opening, until
+from html_browsing import Opened, draw_charts, opening, until
 from made_up_runs import write_run
 
 from grasp_bench.report.html.page import write_html
@@ -116,17 +116,6 @@ def test_a_pair_reads_the_same_from_either_side(report: Path) -> None:
 
 # ---------------------------------------------------------------- in a browser
 
-needs_browser = pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed (Debian: chromium)")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
-    with sync_api.sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"], timeout=PATIENCE)
-        yield started
-        started.close()
-
 
 @pytest.fixture
 def opened(browser: Any, report: Path, request: pytest.FixtureRequest) -> Iterator[Opened]:
@@ -139,7 +128,6 @@ def rows(page: Any, table: str) -> list[str]:
     return page.evaluate(f"{shown}.map((r) => r.querySelector('th').textContent.trim().split(/\\s/)[0])")
 
 
-@needs_browser
 def test_the_sections_follow_the_choice_of_runs_and_the_reference(opened: Opened) -> None:
     page = opened.page
     page.click("#all-runs")
@@ -161,7 +149,6 @@ def test_the_sections_follow_the_choice_of_runs_and_the_reference(opened: Opened
     until(page, "document.querySelector('[data-chart=firmness]').data.length === 0")
 
 
-@needs_browser
 def test_a_run_has_the_same_colour_in_all_charts(opened: Opened) -> None:
     page = opened.page
     page.click("#all-runs")
@@ -176,7 +163,6 @@ def test_a_run_has_the_same_colour_in_all_charts(opened: Opened) -> None:
     assert len(set(colours["firmness"].values())) == 4
 
 
-@needs_browser
 @pytest.mark.parametrize("opened", [PHONE], indirect=True, ids=["phone"])
 def test_on_a_phone_each_predictor_is_a_short_block(opened: Opened) -> None:
     page = opened.page

@@ -195,6 +195,11 @@ def test_jitter_keeps_holes_and_types() -> None:
     assert jitter_colour(rgb, rng).dtype == np.uint8
     assert (jitter_colour(rgb, rng) != rgb).any()
     assert random_view(np.random.default_rng(4)) == random_view(np.random.default_rng(4))
+    assert random_view(np.random.default_rng(4), 1.1) == random_view(np.random.default_rng(4))
+    scales = np.array([random_view(np.random.default_rng(i), 2.0).scale for i in range(600)])
+    assert ((scales >= 0.9) & (scales <= 2.0)).all()
+    assert np.mean(scales > 1.1) == pytest.approx(1 / 3, abs=0.07)
+    assert np.mean(scales[scales > 1.1]) == pytest.approx(1.55, abs=0.07)
 
 
 # --- batches ------------------------------------------------------------------------------

@@ -18,6 +18,12 @@ from grasp_bench.learning.data.scenes import DEPTH_UNIT, Scene, unpacked
 from grasp_bench.system.arrays import Floats
 
 
+USUAL = 1.1
+"""Greatest magnification of most views."""
+NEAR = 1 / 3
+"""Share of views that are magnified more, where that is asked for."""
+
+
 @dataclass(frozen=True)
 class View:
     """How a crop is taken.
@@ -59,14 +65,15 @@ class View:
         )
 
 
-def random_view(rng: np.random.Generator) -> View:
-    """Draw any rotation, mirrored or not, scale 0.9 to 1.1, shift up to 24 px."""
-    return View(
-        rng.uniform(-math.pi, math.pi),
-        bool(rng.integers(2)),
-        rng.uniform(0.9, 1.1),
-        (rng.uniform(-24, 24), rng.uniform(-24, 24)),
-    )
+def random_view(rng: np.random.Generator, zoom: float = USUAL) -> View:
+    """Draw any rotation, mirrored or not, scale 0.9 to 1.1, shift up to 24 px.
+
+    With a ``zoom`` above 1.1 every third view is magnified by 1.1 to that instead, as seen from nearer.
+    """
+    rotation, mirror = rng.uniform(-math.pi, math.pi), bool(rng.integers(2))
+    near = zoom > USUAL and rng.random() < NEAR
+    scale = rng.uniform(USUAL, zoom) if near else rng.uniform(0.9, USUAL)
+    return View(rotation, mirror, scale, (rng.uniform(-24, 24), rng.uniform(-24, 24)))
 
 
 def crop_scene(

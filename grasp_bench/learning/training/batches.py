@@ -18,7 +18,14 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from grasp_bench.learning.data.scenes import Scene
-from grasp_bench.learning.training.augment import View, crop_scene, jitter_colour, jitter_depth, random_view
+from grasp_bench.learning.training.augment import (
+    USUAL,
+    View,
+    crop_scene,
+    jitter_colour,
+    jitter_depth,
+    random_view,
+)
 from grasp_bench.learning.training.config import TrainConfig
 from grasp_bench.learning.training.sources import Mixture
 from grasp_bench.networks.encoding import targets_from_maps, to_input
@@ -49,14 +56,16 @@ def make_sample(
     rng: np.random.Generator | None,
     targets: Targets = "maps",
     labelled: float = 1.0,
+    zoom: float = USUAL,
 ) -> Batch:
     """Make input (C, crop, crop) and target of a scene, augmented if ``rng`` is given.
 
     Args:
         targets: maps (4, crop, crop), or rows (:data:`ROWS`, 6), see :mod:`grasp_bench.networks.rows`.
         labelled: share of the scenes whose rows are given, chosen by their names.
+        zoom: greatest magnification, see :func:`random_view`.
     """
-    view = random_view(rng) if rng else View()
+    view = random_view(rng, zoom) if rng else View()
     rgb, depth, labels = crop_scene(scene, view, crop)
     if rng:
         rgb, depth = jitter_colour(rgb, rng), jitter_depth(depth, rng)
@@ -90,6 +99,7 @@ def make_batch(scenes: Sequence[Scene], config: TrainConfig, kind: Kind, crop: i
             np.random.default_rng([config.seed, 2, step, i]) if config.augment else None,
             network.targets,
             network.labelled,
+            config.zoom,
         )
         for i, k in enumerate(chosen)
     ]

@@ -108,6 +108,12 @@ class TrainConfig(BaseModel):
     )
     ema: float = Field(default=0.0, ge=0, lt=1, description="Decay of averaged weights, e.g. 0.999; 0 = off.")
     augment: bool = Field(default=True, description="Random rotation, mirror, scale, shift and colour.")
+    zoom: float = Field(
+        default=1.1,
+        ge=1.1,
+        le=4,
+        description="Greatest magnification of a third of the views; the others' is 0.9 to 1.1.",
+    )
     precision: Literal["auto", "fp32", "bf16"] = Field(
         default="auto", description="fp32, bf16, or auto: bf16 where the processor or GPU multiplies in it."
     )

@@ -17,7 +17,6 @@ from grasp_bench.grasps import Grasp, GraspMaps, wrap_angle
 from grasp_bench.learning.data.scenes import DEPTH_UNIT, Scene, unpacked
 from grasp_bench.system.arrays import Floats
 
-
 USUAL = 1.1
 """Greatest magnification of most views."""
 NEAR = 1 / 3

@@ -313,7 +313,7 @@ def test_training_starts_from_given_weights(tmp_path: Path) -> None:
     torch.manual_seed(3)
     save(build("gg-cnn"), tmp_path / "start.safetensors", {"network": "gg-cnn", "input": "depth 224"})
     start, _ = load("gg-cnn", tmp_path / "start.safetensors")
-    scenes = gather([Source(write_jacquard(tmp_path / "j", SMALL[:2]))], 224)
+    scenes = gather([Source(write_jacquard(tmp_path / "j", SMALL[:2]))], 224, kind="rgbd")
     config = TrainConfig(network="gg-cnn", steps=1, batch=1, threads=1, lr=1e-12, precision="fp32", init="x")
     ended = train(config, scenes, tmp_path / "run", None, tmp_path / "start.safetensors").network
     fresh = train(config.model_copy(update={"init": None}), scenes, tmp_path / "fresh").network

@@ -26,9 +26,11 @@ from grasp_bench.learning.evaluation.fold_training import Training
 from grasp_bench.learning.evaluation.metric import judge, legacy_best, raster_iou
 from grasp_bench.learning.evaluation.protocols import CONVENTIONS, best_grasp, make_case
 from grasp_bench.learning.training.config import TrainConfig
+from grasp_bench.networks.registry import NETWORKS
 from grasp_bench.networks.store import WeightsFile
 from grasp_bench.report.accuracy import accuracy_table
 from grasp_bench.report.paper import TABLE_1, TABLE_2
+from grasp_bench.report.since import SINCE, since_table
 from grasp_bench.report.tables import markdown
 from grasp_bench.runs.evaluation import Evaluation, Verdict
 
@@ -381,3 +383,9 @@ def test_paper_rows() -> None:
     assert [r.image_wise for r in TABLE_2] == [84, 94.6, 94.6, 95.8]
     table = accuracy_table("cornell", [])
     assert len(table.rows) == len(table.paper) == 18
+    assert "13.5 s" in table.note
+    assert not {round(100 * k / n, 1) for n in (88, 89) for k in range(n)} & {98.3}, "as the note says"
+    assert round(100 * 174 / 177, 1) == 98.3
+    since = since_table()
+    assert len(since.rows) == len(since.paper) == len(SINCE) >= 12
+    assert {later.here for later in SINCE} - {""} <= set(NETWORKS)

@@ -61,11 +61,12 @@ class WeightsFile:
     def require(self) -> None:
         """Refuse a file that is missing with an AssetError that says how to get it."""
         if not self.present:
+            ours = self.path.parent == assets_dir() / "weights"
+            large = "`pip install grasp-bench-rivals` if they are among its large ones, " if ours else ""
             raise AssetError(
-                f"Weights {self.path} are missing; `pip install grasp-bench-rivals` brings those of large "
-                "networks that are shipped. Or name a .safetensors file that is there, or train them: "
-                "`grasp-bench data synth --scenes 2000 --out scenes` makes scenes, and `grasp-bench train "
-                f"--predictor {self.network} --data scenes --out runs/mine` writes "
+                f"Weights {self.path} are missing; {large}name a .safetensors file that is there, or train "
+                "them: `grasp-bench data synth --scenes 2000 --out scenes` makes scenes, and `grasp-bench "
+                f"train --predictor {self.network} --data scenes --out runs/mine` writes "
                 f"runs/mine/{self.network}.safetensors."
             )
 

@@ -62,7 +62,9 @@ def test_real_samples_and_trials_that_are_none(tmp_path: Path) -> None:
     result = CliRunner().invoke(data_app, command)
     assert result.exit_code == 0, result.output
     assert "pcd0100" in result.output
-    assert cv2.imread(str(out)).shape == (BAR + 2 * (BAR + 2 * TILE), 4 * TILE, 3)
+    picture = cv2.imread(str(out))
+    assert picture is not None
+    assert picture.shape == (BAR + 2 * (BAR + 2 * TILE), 4 * TILE, 3)
     with pytest.raises(GraspBenchError, match="--trial is for a run"):
         list(images(root, 1, trial=3))
     for path in root.rglob("*d.tiff"):

@@ -113,7 +113,8 @@ def _row(one: Shown, name: str, predictor: Predictor) -> Rgb:
     maps = getattr(predictor, "last_maps", None)
     tiles = [seen(one.image, crop, best), *_maps(maps, getattr(predictor, "crop_origin", (0, 0)), crop, one)]
     words = name if best is None else f"{name}: {best.quality:.2f}"
-    cv2.putText(tiles[0], words, (5, 15), cv2.FONT_HERSHEY_SIMPLEX, 0.45, (255, 255, 255), 3, cv2.LINE_AA)
+    (wide, _), _ = cv2.getTextSize(words, cv2.FONT_HERSHEY_SIMPLEX, 0.45, 1)
+    cv2.rectangle(tiles[0], (0, 0), (wide + 10, 20), (255, 255, 255), cv2.FILLED)
     cv2.putText(tiles[0], words, (5, 15), cv2.FONT_HERSHEY_SIMPLEX, 0.45, INK, 1, cv2.LINE_AA)
     return np.hstack(tiles)
 

@@ -35,6 +35,7 @@ check: $(STAMP)
 build: $(STAMP)
 	rm -rf dist
 	$(BIN)/python -m build --quiet
+	$(BIN)/python -m build --quiet --wheel --outdir dist rivals
 	$(PYTHON) scripts/smoke_wheel.py dist
 
 # The two variables silence notices about the future of MkDocs; warnings of the site itself still fail.

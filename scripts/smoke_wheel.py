@@ -2,7 +2,8 @@
 
 ``python scripts/smoke_wheel.py dist``: objects, arm, scenarios and weights must all have travelled in the
 wheel, nothing may come from the checkout, and five trials must run and be reported. ``python -m build``
-makes the wheel from the sdist, so the sdist is complete if the wheel is.
+makes the wheel from the sdist, so the sdist is complete if the wheel is. Then grasp-bench-rivals is installed
+beside it, and a network whose weights came with it does a trial.
 """
 
 import json
@@ -15,7 +16,7 @@ import venv
 import zipfile
 from pathlib import Path
 
-LARGEST = {"wheel": 45e6, "sdist": 55e6}
+LARGEST = {"wheel": 40e6, "sdist": 55e6, "rivals": 150e6}
 """Bytes; the objects take 5 MB packed, each variant of HTC-Grasp 4.5 MB, its rivals' weights 12 MB."""
 NEEDED = (
     "pyproject.toml",
@@ -49,8 +50,24 @@ def check_contents(wheel: Path, sdist: Path) -> None:
         assert size < LARGEST[kind], f"{path.name} has {size / 1e6:.0f} MB: too much for a {kind}"
 
 
+def check_rivals(wheel: Path) -> list[str]:
+    """Return the names of the weights in the wheel of grasp-bench-rivals."""
+    size = wheel.stat().st_size
+    assert size < LARGEST["rivals"], f"{wheel.name} has {size / 1e6:.0f} MB"
+    with zipfile.ZipFile(wheel) as archive:
+        inside = [n for n in archive.namelist() if ".dist-info/" not in n]
+        listed = json.loads(archive.read("grasp_bench_rivals/weights/manifest.json"))
+    foreign = [n for n in inside if not n.startswith("grasp_bench_rivals/")]
+    assert not foreign, f"{wheel.name} would install {foreign[:3]}"
+    weights = sorted(Path(n).name for n in inside if n.endswith(".safetensors"))
+    assert weights == sorted(listed), f"{wheel.name} holds {weights}, its manifest lists {sorted(listed)}"
+    return [Path(n).stem for n in weights]
+
+
 def main(dist: Path) -> None:
-    wheel, sdist = next(dist.glob("*.whl")), next(dist.glob("*.tar.gz"))
+    wheel, sdist = next(dist.glob("grasp_bench-*.whl")), next(dist.glob("*.tar.gz"))
+    rivals = next(dist.glob("grasp_bench_rivals-*.whl"))
+    large = check_rivals(rivals)
     check_contents(wheel, sdist)
     constraints = Path(__file__).parents[1] / "constraints.txt"
     environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "VIRTUAL_ENV")}
@@ -77,7 +94,12 @@ def main(dist: Path) -> None:
             raise SystemExit(
                 "Trials failed for no fault of the predictor:\n" + (home / "out" / "trials.jsonl").read_text()
             )
-    sizes = " and ".join(f"{p.name} ({p.stat().st_size / 1e6:.1f} MB)" for p in (wheel, sdist))
+        use(python, "-m", "pip", "install", "-q", "--no-deps", rivals.resolve())
+        where = use(python, "-c", "from grasp_bench.system.paths import rivals_dir; print(rivals_dir())")
+        assert str(home) in where, f"the rivals' weights are looked for in {where.strip()}"
+        for name in large[:1]:
+            use(command, "run", "--predictor", name, "--trials", "1", "--out", "rival", "--quiet")
+    sizes = ", ".join(f"{p.name} ({p.stat().st_size / 1e6:.1f} MB)" for p in (wheel, sdist, rivals))
     print(f"{sizes}: works in an empty environment, {run['successes']}/5 with {run['predictor']}.")
 
 

@@ -82,6 +82,39 @@ def show_command(
     typer.echo(f"{out}: scenes {', '.join(shown)}")
 
 
+@data_app.command("compare")
+def compare_command(
+    folder: Annotated[
+        Path, typer.Argument(help="Data set, Cornell or Jacquard copy, or folder of a run with --trial.")
+    ],
+    predictors: Annotated[
+        str, typer.Option(help="Names or files of weights, comma-separated.")
+    ] = "htc-grasp,gr-convnet,tf-grasp-release",
+    count: Annotated[int, typer.Option(help="Images, spread over the data set.", min=1)] = 4,
+    trial: Annotated[int | None, typer.Option(help="Trial of the run whose image is shown.", min=0)] = None,
+    out: Annotated[Path, typer.Option("--out", "-o", help="PNG to write.")] = Path("compare.png"),
+) -> None:
+    """Draw quality, angle and width maps and the best grasp of several predictors side by side.
+
+    That is Figures 4, 5 and, of a trial in clutter, 6 of the paper. Detectors have no maps.
+
+    Example: grasp-bench data compare cornell --predictors htc-grasp,gr-convnet --out figure4.png
+    """
+    from contextlib import ExitStack
+
+    import cv2
+
+    from grasp_bench.learning.evaluation.compare import compare, images
+    from grasp_bench.predictors.use import in_use
+
+    with ExitStack() as opened:
+        names = [name.strip() for name in predictors.split(",") if name.strip()]
+        used = {name: opened.enter_context(in_use(name)) for name in names}
+        shown = list(images(folder, count, trial))
+        cv2.imwrite(str(out), compare(shown, used)[..., ::-1])
+    typer.echo(f"{out}: {', '.join(one.name for one in shown)}; from above: {', '.join(names)}")
+
+
 @data_app.command("export")
 def export_command(
     folder: Annotated[Path, typer.Argument(help="Folder of generated scenes.")],

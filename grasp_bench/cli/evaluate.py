@@ -10,7 +10,7 @@ import typer
 from grasp_bench.cli.output import put
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.learning.training.config import TrainConfig
-from grasp_bench.networks.registry import info
+from grasp_bench.networks.registry import input_kind
 from grasp_bench.networks.store import shipped_file
 from grasp_bench.runs.evaluation import AnyDataset, Protocol, Record, Split
 from grasp_bench.system.progress import counting
@@ -56,6 +56,10 @@ def evaluate_command(
     init: Annotated[
         str, typer.Option(help="Weights that training begins with: 'shipped', 'none', or a file.")
     ] = "shipped",
+    kind: Annotated[
+        str | None,
+        typer.Option("--input", help="What the trained network is shown: rgbd, rgb, depth or rgd."),
+    ] = None,
     data: Annotated[
         list[Path] | None, typer.Option("--data", "-d", help="Generated scenes to mix into the training.")
     ] = None,
@@ -94,13 +98,16 @@ def evaluate_command(
     if rim and protocol == "legacy":
         raise GraspBenchError("--rim is for --protocol strict; legacy always leaves out 20 px.")
     training = None
+    if kind is not None and not train_steps:
+        raise GraspBenchError("--input is for --train-steps; weights are shown what they were trained on.")
     if train_steps:
-        info(predictor)  # only networks can be trained; the error lists them
+        shown = input_kind(predictor, kind)  # only networks can be trained; the error lists them
         if weights is not None:
             raise GraspBenchError("--weights is evaluated as it is; with --train-steps, give it as --init.")
         begin = {"shipped": shipped_file(predictor).path, "none": None}.get(init, Path(init))
         config = TrainConfig(
             network=predictor,
+            input=shown if kind else None,
             steps=train_steps,
             batch=batch,
             lr=lr,

@@ -6,15 +6,15 @@ import inspect
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 import typer
 from annotated_types import Ge
 from pydantic import ValidationError
 
-from grasp_bench.learning.training.config import TrainConfig
+from grasp_bench.learning.training.config import RECIPES, TrainConfig
 from grasp_bench.networks.registry import info, input_kind
-from grasp_bench.networks.store import WeightsFile, shipped_file
+from grasp_bench.networks.store import WeightsFile, place_to_ship, shipped_file
 from grasp_bench.system.integrity import write_whole
 from grasp_bench.system.progress import counting
 
@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 TRAINING = "training.json"
 """What a training was and how it went, as in the weights' own metadata: steps, time, seed, data, curve."""
+
+NO_CONTEXT = cast(typer.Context, None)
+"""Of a command that is called as a function: all that is given was typed."""
 
 
 def _with_settings(command: Callable[..., None]) -> Callable[..., None]:
@@ -63,9 +66,21 @@ def train_command(
         ),
     ],
     *,
+    context: typer.Context = NO_CONTEXT,
+    recipe: Annotated[
+        Literal["own", "paper"],
+        typer.Option(
+            help="own: the defaults below. paper: 100 epochs of 200 batches of 32, AdamW at 1e-4, unmasked "
+            "loss; options that are given count all the same."
+        ),
+    ] = "own",
     export: Annotated[
         bool,
-        typer.Option("--export", help="Install the weights and a model card into assets/weights when done."),
+        typer.Option(
+            "--export",
+            help="Install the weights and a model card into assets/weights when done, or into "
+            "rivals where they have more than 12 MB.",
+        ),
     ] = False,
     **settings: Any,
 ) -> None:
@@ -83,15 +98,39 @@ def train_command(
 
     prepare_process()
     console = Console()
-    config, begin = read_settings(settings)
+    config, begin = read_settings(with_recipe(recipe, settings, context))
     sources = [Source.parse(str(d)) for d in data]
     with console.status("Reading scenes …"):
         holdout = parse_holdout(config.holdout) if config.holdout else None
-        scenes = gather(sources, info(config.network).crop, holdout, config.split)
+        scenes = gather(
+            sources,
+            info(config.network).crop,
+            holdout,
+            config.split,
+            kind=input_kind(config.network, config.input),
+        )
     console.print(f"{len(scenes.train)} scenes to train on, {len(scenes.val)} to validate on")
     trained = _train_with_progress(config, scenes, out, console, begin)
     weights = _store(trained, config, scenes, sources, out, export)
     console.print(f"{trained.accuracy}\n{trained.course.told()}\n[bold]{weights}[/bold]")
+
+
+def with_recipe(recipe: str, typed: dict[str, Any], context: typer.Context | None) -> dict[str, Any]:
+    """Lay what was typed over a recipe: an option that was left out is the recipe's.
+
+    Args:
+        recipe: a key of :data:`RECIPES`.
+        typed: options by the names of their fields.
+        context: tells which of them are defaults; None where none are.
+    """
+
+    def left_out(name: str) -> bool:
+        source = context and context.get_parameter_source(name)
+        return source.name != "COMMANDLINE" if source else name not in typed
+
+    # A switch that turns a setting off is typed the other way round.
+    of_recipe = {k: not v if TrainConfig.option(k).off else v for k, v in RECIPES[recipe].items()}
+    return typed | {name: value for name, value in of_recipe.items() if left_out(name)}
 
 
 def read_settings(typed: dict[str, Any]) -> tuple[TrainConfig, Path | None]:
@@ -148,17 +187,20 @@ def _train_with_progress(
 def _store(
     trained: Trained, config: TrainConfig, scenes: SceneSet, data: list[Source], out: Path, export: bool
 ) -> Path:
-    """Write weights and card into ``out``; with ``export`` into the assets too, listed in the manifest."""
+    """Write weights and card into ``out``; with ``export`` to the shipped ones, too, and the manifest."""
     from grasp_bench.learning.training.card import model_card, provenance
     from grasp_bench.networks.weights import save
 
     facts = provenance(trained, config, scenes, data)
-    installed = shipped_file(config.network)
     write_whole(out / TRAINING, (json.dumps(facts, indent=1, ensure_ascii=False) + "\n").encode())
-    places = [out / installed.name, *([installed.path] if export else [])]
-    for path in places:
-        save(trained.network, path, facts)
-        path.with_suffix(".md").write_text(model_card(facts), encoding="utf-8")
-    if export:
-        installed.enter_in_manifest()
-    return places[-1]
+    made = WeightsFile(out / f"{config.network}.safetensors", config.network)
+    save(trained.network, made.path, facts)
+    made.path.with_suffix(".md").write_text(model_card(facts), encoding="utf-8")
+    if not export:
+        return made.path
+    place = place_to_ship(config.network, made.path.stat().st_size)
+    place.path.parent.mkdir(parents=True, exist_ok=True)
+    for suffix in (".safetensors", ".md"):
+        write_whole(place.path.with_suffix(suffix), made.path.with_suffix(suffix).read_bytes())
+    place.enter_in_manifest()
+    return place.path

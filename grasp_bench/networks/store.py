@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +16,12 @@ from safetensors import SafetensorError, safe_open
 
 from grasp_bench.errors import AssetError
 from grasp_bench.system.integrity import MANIFEST, sha256
-from grasp_bench.system.paths import assets_dir
+from grasp_bench.system.paths import assets_dir, rivals_dir
 
+LARGEST = 12_000_000
+"""Bytes from which on a weight file is packed, and beyond which it is for ``grasp-bench-rivals``."""
+LARGEST_APART = 30_000_000
+"""Bytes that a weight file may have there."""
 FACTS = "grasp_bench"
 """Key in a file's header under which its metadata are, as JSON."""
 
@@ -57,10 +61,12 @@ class WeightsFile:
     def require(self) -> None:
         """Refuse a file that is missing with an AssetError that says how to get it."""
         if not self.present:
+            ours = self.path.parent == assets_dir() / "weights"
+            large = "`pip install grasp-bench-rivals` if they are among its large ones, " if ours else ""
             raise AssetError(
-                f"Weights {self.path} are missing; name a .safetensors file that is there, or train them: "
-                "`grasp-bench data synth --scenes 2000 --out scenes` makes scenes, and `grasp-bench train "
-                f"--predictor {self.network} --data scenes --out runs/mine` writes "
+                f"Weights {self.path} are missing; {large}name a .safetensors file that is there, or train "
+                "them: `grasp-bench data synth --scenes 2000 --out scenes` makes scenes, and `grasp-bench "
+                f"train --predictor {self.network} --data scenes --out runs/mine` writes "
                 f"runs/mine/{self.network}.safetensors."
             )
 
@@ -127,8 +133,34 @@ class WeightsFile:
 
 
 def shipped_file(name: str, network: str = "") -> WeightsFile:
-    """Return the file of the weights shipped under ``name``, by default of the network of that name."""
-    return WeightsFile(assets_dir() / "weights" / f"{name}.safetensors", network or name)
+    """Return the file of the weights shipped under ``name``, by default of the network of that name.
+
+    It is the package's own, or where that is not there, one of ``grasp-bench-rivals``.
+    """
+    own = WeightsFile(assets_dir() / "weights" / f"{name}.safetensors", network or name)
+    apart = rivals_dir()
+    if own.present or apart is None or not (apart / own.name).is_file():
+        return own
+    return replace(own, path=apart / own.name)
+
+
+def place_to_ship(name: str, size: int) -> WeightsFile:
+    """Return where the weights ``name`` belong, of ``size`` bytes.
+
+    Raises:
+        AssetError: when they are for ``grasp-bench-rivals``, whose folder is not there, or too large for it.
+    """
+    own = WeightsFile(assets_dir() / "weights" / f"{name}.safetensors", name)
+    if size <= LARGEST:
+        return own
+    apart = rivals_dir()
+    if size > LARGEST_APART or apart is None:
+        why = f"which takes {LARGEST_APART:,}" if size > LARGEST_APART else "and no folder of that is here"
+        raise AssetError(
+            f"{own.name} has {size:,} bytes, and only {LARGEST:,} may travel with grasp-bench; "
+            f"larger ones are for grasp-bench-rivals, {why}. Give the file with --weights."
+        )
+    return replace(own, path=apart / own.name)
 
 
 def stored_input(metadata: dict[str, Any]) -> str | None:

@@ -1,7 +1,7 @@
 """Tensors on disk: safetensors with a JSON header of where they come from. Nothing unpickles.
 
 Parameters are stored in float16, running statistics as they are; both are float32 in use. Where that would
-make a file larger than :data:`LARGEST`, matrices are stored in eight bits.
+make a file larger than :data:`LARGEST`, matrices are stored in eight bits, and in four where it still would.
 """
 
 from __future__ import annotations
@@ -17,11 +17,8 @@ from torch import nn
 from grasp_bench.errors import AssetError
 from grasp_bench.networks.packing import packed, unpacked
 from grasp_bench.networks.registry import NETWORKS, build, info
-from grasp_bench.networks.store import FACTS, WeightsFile, shipped_file, stored_input
+from grasp_bench.networks.store import FACTS, LARGEST, WeightsFile, shipped_file, stored_input
 from grasp_bench.system.integrity import write_whole
-
-LARGEST = 12_000_000
-"""Bytes that a weight file may have."""
 
 
 def save(network: nn.Module, path: Path, metadata: dict[str, Any]) -> None:
@@ -38,10 +35,12 @@ def save(network: nn.Module, path: Path, metadata: dict[str, Any]) -> None:
         if not torch.isfinite(tensors[name]).all():
             raise ValueError(f"{name} is not finite in float16: the training has diverged")
     path.parent.mkdir(parents=True, exist_ok=True)
-    if sum(t.nbytes for t in tensors.values()) > LARGEST:
-        tensors = packed(tensors)
+    stored = tensors
+    for bits in (8, 4):
+        if sum(t.nbytes for t in stored.values()) > LARGEST:
+            stored = packed(tensors, bits)
     header = {FACTS: json.dumps(metadata, sort_keys=True, ensure_ascii=False)}
-    write_whole(path, to_bytes(tensors, header))
+    write_whole(path, to_bytes(stored, header))
 
 
 def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]]:

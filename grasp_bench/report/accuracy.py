@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from grasp_bench.networks.registry import standing_for
-from grasp_bench.report.paper import TABLE_3, TABLES
+from grasp_bench.report.paper import MISPRINTS, MISPRINTS_3, TABLE_3, TABLES
 from grasp_bench.report.tables import Footnotes, TextTable, rate_cells
 from grasp_bench.runs.evaluation import Evaluation
 from grasp_bench.runs.statistics import Rate
@@ -36,7 +36,8 @@ def accuracy_table(dataset: str, results: Sequence[Evaluation]) -> TextTable:
     paper = frozenset(range(len(rows)))
     how = Footnotes()
     rows += [_ours(r, how.mark(conditions(r))) for r in results]
-    return TextTable(TITLES[dataset], HEAD, rows, note=NOTE, footnotes=how, numbers=NUMBERS, paper=paper)
+    note = f"{NOTE} {MISPRINTS[dataset]}" if dataset in MISPRINTS else NOTE
+    return TextTable(TITLES[dataset], HEAD, rows, note=note, footnotes=how, numbers=NUMBERS, paper=paper)
 
 
 def _ours(result: Evaluation, mark: str) -> list[str]:
@@ -138,4 +139,6 @@ def ablation_table(results: Sequence[Evaluation]) -> TextTable:
     head = ("Data set", *switches, "Paper", "Correct", "Here", "95 % interval", "How")
     title = "Table 3, re-measured: ablations"
     without = "Without external attention, blocks have multi-head self-attention (the paper's equation 3)."
-    return TextTable(title, head, rows, note=f"{without} {NOTE}", footnotes=how, numbers=NUMBERS)
+    return TextTable(
+        title, head, rows, note=f"{without} {NOTE} {MISPRINTS_3}", footnotes=how, numbers=NUMBERS
+    )

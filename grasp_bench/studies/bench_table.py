@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from grasp_bench import api
-from grasp_bench.errors import AssetError, GraspBenchError, ResultsError
+from grasp_bench.errors import GraspBenchError, ResultsError
 from grasp_bench.execution.crew import early_crew
 from grasp_bench.execution.together import can_share, run_together
-from grasp_bench.networks.registry import all_weights, build, family, parameter_count
-from grasp_bench.networks.store import stored_input
+from grasp_bench.networks.registry import all_weights, family
 from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.report.accuracy import ablation_table, accuracy_table
 from grasp_bench.report.compare import REFERENCE
+from grasp_bench.report.since import since_table
 from grasp_bench.report.table4 import PAPER, ROBOTS, TITLE, Row, table_4
 from grasp_bench.report.tables import RATE_HEAD, TextTable, rate_cells
 from grasp_bench.runs.comparison import Comparison
@@ -27,6 +27,7 @@ from grasp_bench.runs.results import RunResults
 from grasp_bench.runs.statistics import Rate, holm, trials_to_distinguish
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.studies.rank import folder_name
+from grasp_bench.studies.weights_table import trained_on, weights_table
 from grasp_bench.system.graphics import prepare, resolve_renderer
 from grasp_bench.system.machine import usable_cores
 
@@ -178,41 +179,6 @@ def _kind(predictor: str) -> str:
     return SHIPPED[predictor].kind if predictor in SHIPPED else "own"
 
 
-def trained_on(predictor: str, used: dict[str, str | None] | None) -> dict[str, Any] | None:
-    """Return the training of a shipped network by its weights' metadata.
-
-    Args:
-        predictor: name of the network.
-        used: SHA-256 by file of the weights that a run used.
-
-    Returns:
-        Facts for the table; None for no network, or where other weights are installed than were used.
-    """
-    weights = SHIPPED[predictor].weights if predictor in SHIPPED else None
-    if weights is None:
-        return None
-    try:
-        if not used or used.get(weights.name) != weights.digest:
-            return None
-        facts = weights.metadata()
-    except (AssetError, OSError):
-        return None
-    data = facts.get("data", {})
-    network = build(facts["network"], stored_input(facts))
-    return {
-        "parameters": parameter_count(network),
-        "input": facts.get("input"),
-        "steps": facts.get("steps"),
-        "batch": facts.get("config", {}).get("batch"),
-        "seed": facts.get("seed"),
-        "minutes": round(facts["seconds"] / 60) if facts.get("seconds") else None,
-        "scenes": data.get("train"),
-        "folders": data.get("folders"),
-        "fingerprint": data.get("fingerprint"),
-        "begun_with": facts.get("begun_with"),
-    }
-
-
 def read_evaluations(folder: Path) -> list[Evaluation]:
     """Read results that ``grasp-bench evaluate --out`` left in a folder, by name; none without a folder.
 
@@ -232,12 +198,13 @@ def tables(comparison: dict[str, Any], evaluations: Sequence[Evaluation]) -> lis
         for name in ("cornell", "jacquard", "synthetic")
         if (chosen := [e for e in evaluations if e.dataset == name])
     ]
-    weights = _weights_table(comparison)
+    weights = weights_table(comparison)
     ablations = [e for e in evaluations if e.predictor in (REFERENCE, *family(UNABLATED))]
     return [
         _compared(comparison),
         *([weights] if weights.rows else []),
         *found,
+        *([since_table()] if found else []),
         *([ablation_table(ablations)] if ablations else []),
         _ablations_in_physics(comparison),
     ]
@@ -261,31 +228,6 @@ def _compared(comparison: dict[str, Any]) -> TextTable:
     reference = f" Reference: {comparison['reference']}." if comparison["reference"] else ""
     more = {"Alone": alone, "p (Holm)": p, "Trials to tell": tell}
     return table_4(rows, more, title, NOTE + reference, numbers=range(3))
-
-
-def _weights_table(comparison: dict[str, Any]) -> TextTable:
-    rows = []
-    for row in comparison["rows"]:
-        if not (w := row["weights"]):
-            if row["kind"] == "network":
-                rows.append([row["predictor"], "", "", "of other weights than those installed", *3 * [""]])
-            continue
-        begun = f", begun with {w['begun_with']}" if w["begun_with"] else ""
-        data = ", ".join(w["folders"] or ["?"]) + begun
-        took = f"{w['minutes']} min" if w["minutes"] else "not recorded"
-        rows.append(
-            [
-                row["predictor"],
-                f"{w['parameters']:,}",
-                str(w["input"] or "?"),
-                f"{w['scenes'] or '?'} scenes of {data}",
-                f"{w['steps'] or '?'} × {w['batch'] or '?'}",
-                took,
-                str(w["seed"]),
-            ]
-        )
-    head = ("Network", "Parameters", "Input", "Data", "Steps × batch", "Took", "Seed")
-    return TextTable("What was trained on what", head, rows, numbers=(1, 5, 6))
 
 
 def _ablations_in_physics(comparison: dict[str, Any]) -> TextTable:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
 from pathlib import Path
 
 from grasp_bench.errors import AssetError
@@ -19,6 +20,16 @@ def _shared(name: str) -> Path:
 def assets_dir() -> Path:
     """Return the folder with ``ec66/``, ``objects/`` and ``weights/``."""
     return _shared("assets")
+
+
+def rivals_dir() -> Path | None:
+    """Return the folder with the weights of ``grasp-bench-rivals``; None where that is not there."""
+    spec = find_spec("grasp_bench_rivals")
+    beside = _PACKAGE.parent / "rivals" / "grasp_bench_rivals"
+    for package in (beside, *(Path(p) for p in (spec and spec.submodule_search_locations) or ())):
+        if (package / "weights").is_dir():
+            return package / "weights"
+    return None
 
 
 def scenarios_dir() -> Path:

@@ -26,9 +26,11 @@ from grasp_bench.learning.evaluation.fold_training import Training
 from grasp_bench.learning.evaluation.metric import judge, legacy_best, raster_iou
 from grasp_bench.learning.evaluation.protocols import CONVENTIONS, best_grasp, make_case
 from grasp_bench.learning.training.config import TrainConfig
+from grasp_bench.networks.registry import NETWORKS
 from grasp_bench.networks.store import WeightsFile
 from grasp_bench.report.accuracy import accuracy_table
 from grasp_bench.report.paper import TABLE_1, TABLE_2
+from grasp_bench.report.since import SINCE, since_table
 from grasp_bench.report.tables import markdown
 from grasp_bench.runs.evaluation import Evaluation, Verdict
 
@@ -313,7 +315,7 @@ def test_training_starts_from_given_weights(tmp_path: Path) -> None:
     torch.manual_seed(3)
     save(build("gg-cnn"), tmp_path / "start.safetensors", {"network": "gg-cnn", "input": "depth 224"})
     start, _ = load("gg-cnn", tmp_path / "start.safetensors")
-    scenes = gather([Source(write_jacquard(tmp_path / "j", SMALL[:2]))], 224)
+    scenes = gather([Source(write_jacquard(tmp_path / "j", SMALL[:2]))], 224, kind="rgbd")
     config = TrainConfig(network="gg-cnn", steps=1, batch=1, threads=1, lr=1e-12, precision="fp32", init="x")
     ended = train(config, scenes, tmp_path / "run", None, tmp_path / "start.safetensors").network
     fresh = train(config.model_copy(update={"init": None}), scenes, tmp_path / "fresh").network
@@ -381,3 +383,9 @@ def test_paper_rows() -> None:
     assert [r.image_wise for r in TABLE_2] == [84, 94.6, 94.6, 95.8]
     table = accuracy_table("cornell", [])
     assert len(table.rows) == len(table.paper) == 18
+    assert "13.5 s" in table.note
+    assert not {round(100 * k / n, 1) for n in (88, 89) for k in range(n)} & {98.3}, "as the note says"
+    assert round(100 * 174 / 177, 1) == 98.3
+    since = since_table()
+    assert len(since.rows) == len(since.paper) == len(SINCE) >= 12
+    assert {later.here for later in SINCE} - {""} <= set(NETWORKS)

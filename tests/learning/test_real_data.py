@@ -18,6 +18,8 @@ from grasp_bench.learning.data.framing import Frame, framed
 from grasp_bench.learning.data.jacquard import Jacquard, corners_from_rows, row_from_grasp
 from grasp_bench.learning.data.opening import open_collection
 from grasp_bench.learning.data.real import RealScenes, scene_from_sample
+from grasp_bench.learning.evaluation.evaluate import Question, evaluate
+from grasp_bench.learning.evaluation.fold_training import Training
 from grasp_bench.learning.training.augment import View, crop_scene
 from grasp_bench.learning.training.batches import make_batch
 from grasp_bench.learning.training.config import TrainConfig
@@ -56,6 +58,53 @@ def test_cornell_object_ids(tmp_path: Path) -> None:
     found = open_collection(write_cornell(tmp_path, GRASPS, objects=[7, 7, 7, 8, 8, 9]))
     assert [e.object for e in found.entries] == ["7", "7", "7", "8", "8", "9"]
     assert "3 objects" in found.describe()
+
+
+def test_cornell_in_colour_only(tmp_path: Path) -> None:
+    """JPEG or PNG; networks that need depth refuse it, naming files, and those of colour learn from it."""
+    root = write_cornell(tmp_path / "cornell", GRASPS, objects=[7, 7, 7, 8, 8, 9])
+    for i, path in enumerate(sorted(root.rglob("*r.png"))):
+        if i % 2:
+            path.rename(path.with_suffix(".jpg"))
+    kept = next(root.rglob("*d.tiff"))
+    for path in root.rglob("*d.tiff"):
+        if path != kept:
+            path.unlink()
+    partly = open_collection(root)
+    assert partly.has_depth
+    assert (len(partly.entries), len(partly.missing)) == (1, 5), "a copy that lost files is no other copy"
+    kept.unlink()
+    found = open_collection(root)
+    assert not found.has_depth
+    assert (len(found.entries), found.missing) == (6, [])
+    assert "Colour only" in found.describe()
+    sample = found.load(found.entries[1])
+    assert sample.depth.shape == sample.rgb.shape[:2]
+    assert not sample.depth.any()
+    scenes = gather([Source(root)], 224, holdout=(0, 3), kind="rgb")
+    assert len(scenes.train) in (3, 4, 5)
+    inputs, targets = make_batch(scenes.train, TrainConfig(batch=2, input="rgb"), "rgb", 224, 0)
+    assert inputs.shape == (2, 3, 224, 224)
+    assert targets[:, 0].max() == 1
+    with pytest.raises(AssetError, match=r"rgbd.*colour only: 01/pcd0100d\.tiff.*3 more.*--input rgb"):
+        gather([Source(root)], 224, kind="rgbd")
+    with pytest.raises(AssetError, match="htc-grasp is shown rgbd"):
+        evaluate(Question("htc-grasp", "cornell", root))
+    with pytest.raises(AssetError, match="centroid is shown rgbd"):
+        evaluate(Question("centroid", "cornell", root))
+
+
+def test_a_network_of_colour_is_trained_and_evaluated_on_colour(tmp_path: Path) -> None:
+    root = write_cornell(tmp_path / "cornell", GRASPS, objects=[7, 7, 7, 8, 8, 9])
+    for path in root.rglob("*d.tiff"):
+        path.unlink()
+    settings = TrainConfig(steps=1, batch=1, threads=1, precision="fp32", input="rgb")
+    training = Training(settings, None, [], 1.0, tmp_path / "runs")
+    question = Question("gr-convnet-16", "cornell", root, folds=3, only=2)
+    result = evaluate(question, training)
+    assert result.images in (1, 2, 3)
+    assert result.weights is not None
+    assert result.weights.input == "rgb 224"
 
 
 @pytest.mark.parametrize("depth", ["perfect", "stereo"])
@@ -274,11 +323,11 @@ def test_mixture_draws_by_weight(tmp_path: Path) -> None:
         "".join(f'{{"file": "scenes/{k:06d}.npz", "split": "train"}}\n' for k in range(3))
     )
     root = write_cornell(tmp_path / "cornell", GRASPS)
-    plain = gather([Source(tmp_path / "synth"), Source(root)], 224, holdout=(1, 3))
+    plain = gather([Source(tmp_path / "synth"), Source(root)], 224, holdout=(1, 3), kind="rgbd")
     assert (len(plain.train), len(plain.val)) == (3 + 4, 2)
     assert isinstance(plain.train, Mixture)
     assert plain.train.shares is None
-    weighted = gather([Source(tmp_path / "synth", 1), Source(root, 3)], 224)
+    weighted = gather([Source(tmp_path / "synth", 1), Source(root, 3)], 224, kind="rgbd")
     assert isinstance(weighted.train, Mixture)
     draws = [weighted.train.draw(np.random.default_rng(i)) for i in range(600)]
     assert {*draws} == set(range(9))
@@ -291,9 +340,9 @@ def test_mixture_draws_by_weight(tmp_path: Path) -> None:
     again, _ = make_batch(weighted.train, TrainConfig(batch=2), "rgbd", 224, 3)
     np.testing.assert_array_equal(x, again)
     with pytest.raises(GraspBenchError, match="either all"):
-        gather([Source(tmp_path / "synth", 1), Source(root)], 224)
+        gather([Source(tmp_path / "synth", 1), Source(root)], 224, kind="rgbd")
     with pytest.raises(GraspBenchError, match="leaves out real images"):
-        gather([Source(tmp_path / "synth")], 224, holdout=(0, 2))
+        gather([Source(tmp_path / "synth")], 224, holdout=(0, 2), kind="rgbd")
 
 
 def test_sources(tmp_path: Path) -> None:

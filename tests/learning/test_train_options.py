@@ -15,7 +15,7 @@ from safetensors import safe_open
 from safetensors.torch import save_file
 from test_training import FAST, folder  # noqa: F401 (eight synthetic scenes)
 
-from grasp_bench.cli.train import read_settings, train_command
+from grasp_bench.cli.train import read_settings, train_command, with_recipe
 from grasp_bench.errors import AssetError
 from grasp_bench.learning.data.scenes import SceneSet, load_scenes
 from grasp_bench.learning.training.card import model_card, provenance, training_command
@@ -67,20 +67,26 @@ VALUES: dict[str, st.SearchStrategy[Any]] = {
 }
 
 
-def parse(words: list[str]) -> dict[str, Any]:
-    """What the command is called with."""
+def made_of(words: list[str]) -> Any:
+    """What the command line is read as."""
     app = typer.Typer()
     app.command()(train_command)
-    return typer.main.get_command(app).make_context("train", list(words)).params
+    return typer.main.get_command(app).make_context("train", list(words))
+
+
+def parse(words: list[str]) -> dict[str, Any]:
+    """What the command is called with."""
+    return made_of(words).params
 
 
 def read(command: str) -> tuple[TrainConfig, dict[str, Any]]:
     """Settings by a command, and what else it says."""
     program, name, *words = shlex.split(command)
     assert (program, name) == ("grasp-bench", "train")
-    typed = parse(words)
+    made = made_of(words)
+    typed = dict(made.params)
     rest = {k: typed.pop(k) for k in ("data", "out", "export")}
-    return read_settings(typed)[0], rest
+    return read_settings(with_recipe(typed.pop("recipe"), typed, made))[0], rest
 
 
 @pytest.fixture
@@ -93,7 +99,7 @@ def begun(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 def test_every_setting_is_tried_below() -> None:
     assert list(VALUES) == list(TrainConfig.model_fields)
-    assert set(parse(["--data", "d", "--out", "o"])) == {"data", "out", "export"} | set(VALUES)
+    assert set(parse(["--data", "d", "--out", "o"])) == {"data", "out", "recipe", "export"} | set(VALUES)
 
 
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
@@ -136,6 +142,10 @@ def test_the_papers_recipe_can_be_typed() -> None:
         steps=20_000, batch=32, lr=1e-4, warmup=0, cosine=False, clip=0, masked=False
     )
     assert PAPER in (TrainConfig.__doc__ or "")
+    by_name, _ = read("grasp-bench train --data synth --out run --recipe paper")
+    assert by_name == config.model_copy(update={"validate_every": 200})
+    mine, _ = read("grasp-bench train --data synth --out run --recipe paper --batch 16 --masked --steps 300")
+    assert (mine.batch, mine.masked, mine.steps, mine.lr) == (16, True, 300, 1e-4), "what is typed counts"
     assert {config.learning_rate(step) for step in (0, 1, 19_999)} == {1e-4}
     command = training_command(config, [Source(Path("synth"))])
     assert command == (

@@ -32,7 +32,8 @@ from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.runs.evaluation import Evaluation
 from grasp_bench.runs.statistics import mcnemar, trials_to_distinguish
 from grasp_bench.studies import bench_table
-from grasp_bench.studies.bench_table import UNABLATED, bench, compare, read_evaluations, tables, trained_on
+from grasp_bench.studies.bench_table import UNABLATED, bench, compare, read_evaluations, tables
+from grasp_bench.studies.weights_table import trained_on
 
 REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
 EVALUATIONS = REFERENCE.with_name("evaluation")
@@ -160,6 +161,7 @@ def test_command_prints_what_is_there(tmp_path: Path) -> None:
         "What was trained on what",
         "Table 1, re-measured",
         "Table 2, re-measured",
+        "Since then, and beside",
         "Table 3, re-measured",
         "Table 3's ablations on the",
     ):

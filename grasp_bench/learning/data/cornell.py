@@ -1,10 +1,10 @@
 """The Cornell grasping data set (Jiang, Moseson & Saxena, ICRA 2011; Lenz et al. 2013) as distributed.
 
-Anywhere below the root: ``pcdNNNNr.png`` (640×480), ``pcdNNNNcpos.txt`` (four lines ``x y`` a
-rectangle) and depth, either ``pcdNNNNd.tiff`` as GG-CNN's converter writes it, or the original
-point cloud ``pcdNNNN.txt``. ``z.txt`` (image number, object number, description …) tells which
-images show the same object; without it views of an object are only known to have consecutive
-numbers.
+Anywhere below the root: ``pcdNNNNr.png`` or ``.jpg`` (640×480), ``pcdNNNNcpos.txt`` (four lines ``x y`` a
+rectangle) and depth, either ``pcdNNNNd.tiff`` as GG-CNN's converter writes it, or the original point cloud
+``pcdNNNN.txt``. A copy in which no image has depth is one of colour only. ``z.txt`` (image number, object
+number, description …) tells which images show the same object; without it views of an object are only known
+to have consecutive numbers.
 
 The points are relative to the base of the robot that took the images, not to its camera (the
 set's own readme). What GG-CNN's converter stores, and what is made of the text file here, is
@@ -14,7 +14,7 @@ their distance from that origin: a smooth function over the table, but no depth 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -58,10 +58,13 @@ class Cornell(Collection):
             if found is None:
                 continue
             number = found[1]
-            rgb, cloud = (labels.with_name(f"pcd{number}{end}") for end in ("r.png", ".txt"))
+            rgb = first_there(*(labels.with_name(f"pcd{number}r.{end}") for end in ("png", "jpg", "jpeg")))
+            cloud = labels.with_name(f"pcd{number}.txt")
             tiff = first_there(*(labels.with_name(f"pcd{number}d.{end}") for end in ("tiff", "tif")))
             depth = tiff if tiff.is_file() or not cloud.is_file() else cloud
             entries.append(Entry(f"pcd{number}", objects.get(int(number)), labels, rgb, depth))
+        if not any(e.depth is not None and e.depth.is_file() for e in entries):
+            entries = [replace(e, depth=None) for e in entries]
         held = hold(root, entries, lambda labels: usable_rectangles(read_corners(labels))[0])
         return cls(root, held.entries, held.missing, window=320, notes=held.notes)
 
@@ -71,11 +74,12 @@ class Cornell(Collection):
         rgb = read_rgb(entry.rgb)
         shape = rgb.shape[:2]
         rectangles, dropped = usable_rectangles(corners, shape)
-        depth = (
-            read_depth(entry.depth, shape)
-            if entry.depth.suffix in (".tiff", ".tif")
-            else distance_from_cloud(entry.depth, shape)
-        )
+        if entry.depth is None:
+            depth = np.zeros(shape, np.float32)
+        elif entry.depth.suffix in (".tiff", ".tif"):
+            depth = read_depth(entry.depth, shape)
+        else:
+            depth = distance_from_cloud(entry.depth, shape)
         return Sample(entry.name, rgb, depth, rectangles, dropped)
 
 

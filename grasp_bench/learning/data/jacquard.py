@@ -64,6 +64,7 @@ class Jacquard(Collection):
         """Read one sample; AssetError names a file that is damaged."""
         corners = read_rows(entry.labels)
         rgb = read_rgb(entry.rgb)
+        assert entry.depth is not None
         rectangles, dropped = usable_rectangles(corners, rgb.shape[:2])
         return Sample(entry.name, rgb, read_depth(entry.depth, rgb.shape[:2]), rectangles, dropped)
 

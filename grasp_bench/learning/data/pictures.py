@@ -29,10 +29,10 @@ def sample_sheet(folder: Path, count: int, out: Path) -> list[str]:
     """
     if is_generated(folder):
         entries = read_index(folder)
-        scenes = [load_scene(folder / entries[i]["file"]) for i in _spread(len(entries), count)]
+        scenes = [load_scene(folder / entries[i]["file"]) for i in spread(len(entries), count)]
     else:
         collection = open_collection(folder)
-        scenes = list(RealScenes(collection, _spread(len(collection.entries), count), CROP))
+        scenes = list(RealScenes(collection, spread(len(collection.entries), count), CROP))
     if not scenes:
         raise AssetError(f"{folder} holds no scene yet; generate some with `grasp-bench data synth`.")
     sheet = two_a_row([_strip(scene, scene.name) for scene in scenes])
@@ -49,7 +49,8 @@ def two_a_row(strips: list[NDArray[np.uint8]]) -> NDArray[np.uint8]:
     return np.vstack([np.hstack(pair) for pair in zip(strips[::2], strips[1::2], strict=True)])
 
 
-def _spread(number: int, count: int) -> list[int]:
+def spread(number: int, count: int) -> list[int]:
+    """Return up to ``count`` indices below ``number``, spread evenly."""
     if not number:
         return []
     return [int(i) for i in np.unique(np.linspace(0, number - 1, count).astype(int))]

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from grasp_bench.errors import AssetError
 from grasp_bench.grasps import Grasp
+from grasp_bench.networks.spec import Kind
 from grasp_bench.runs.evaluation import DatasetName
 from grasp_bench.system.arrays import Floats
 
@@ -32,8 +33,9 @@ class Sample:
     Attributes:
         name: identifies the image in its collection.
         rgb: (H, W, 3) uint8.
-        depth: (H, W) float32 metres, 0 where invalid. What it is measured from differs between data
-            sets (see their modules); :func:`grasp_bench.predictors.tabletop.levelled` makes them alike.
+        depth: (H, W) float32 metres, 0 where invalid, and everywhere in a copy without depth. What it is
+            measured from differs between data sets (see their modules);
+            :func:`grasp_bench.predictors.tabletop.levelled` makes them alike.
         rectangles: (N, 4, 2) corners of the labelled good grasps [px].
         dropped: labelled rectangles that were left out because they hold NaN, have no area or lie outside.
     """
@@ -56,14 +58,14 @@ class Entry:
     Attributes:
         name: identifies the sample in its collection.
         object: what it shows, by the copy's own identifiers; None where the copy has none.
-        labels, rgb, depth: the files it is read from.
+        labels, rgb, depth: the files it is read from; no depth in a copy that has colour only.
     """
 
     name: str
     object: str | None
     labels: Path
     rgb: Path
-    depth: Path
+    depth: Path | None
 
 
 @dataclass(frozen=True)
@@ -104,6 +106,26 @@ class Collection(ABC):
                 yield entry, None, str(error)
 
     @property
+    def has_depth(self) -> bool:
+        """Whether there is depth; a copy either has it for all its samples, or for none."""
+        return all(e.depth is not None for e in self.entries)
+
+    def require(self, kind: Kind, who: str) -> None:
+        """Refuse to show ``who`` a copy without depth, where its input of that kind needs it.
+
+        Raises:
+            AssetError: naming the files that are missing.
+        """
+        if self.has_depth or kind == "rgb":
+            return
+        files = ", ".join(f"{e.rgb.relative_to(self.root).parent / e.name}d.tiff" for e in self.entries[:3])
+        raise AssetError(
+            f"{who} is shown {kind}, and {self.root} holds colour only: {files} and "
+            f"{max(len(self.entries) - 3, 0)} more are missing. Fetch them, or train a network with "
+            "--input rgb where it was published so."
+        )
+
+    @property
     def knows_objects(self) -> bool:
         """Whether the copy says which images show the same object."""
         return bool(self.entries) and all(e.object is not None for e in self.entries)
@@ -118,6 +140,8 @@ class Collection(ABC):
         full = self.images_in_full
         part = "" if len(self.entries) == full else f" of {full} in the full set"
         text = f"{self.name} in {self.root.name}: {len(self.entries)} images{part}, {objects}."
+        if not self.has_depth:
+            text += " Colour only, without depth."
         if self.missing:
             shown = ", ".join(self.missing[:5]) + (", …" if len(self.missing) > 5 else "")
             text += f" Incomplete samples left out, {len(self.missing)} files missing: {shown}."
@@ -152,7 +176,8 @@ def hold(root: Path, found: Iterable[Entry], labelled: Callable[[Path], Floats])
     twice: list[str] = []
     bare: list[str] = []
     for entry in found:
-        absent = [p.relative_to(root).as_posix() for p in (entry.rgb, entry.depth) if not p.is_file()]
+        files = (entry.rgb, *([entry.depth] if entry.depth else []))
+        absent = [p.relative_to(root).as_posix() for p in files if not p.is_file()]
         missing += absent
         if absent:
             continue

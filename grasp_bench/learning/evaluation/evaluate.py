@@ -28,6 +28,7 @@ from grasp_bench.learning.evaluation.protocols import (
 )
 from grasp_bench.learning.training.augment import View, crop_scene
 from grasp_bench.networks.registry import NETWORKS
+from grasp_bench.networks.spec import Kind
 from grasp_bench.predictors.names import load_predictor
 from grasp_bench.predictors.network import NetworkPredictor
 from grasp_bench.predictors.protocol import Predictor
@@ -124,6 +125,7 @@ def evaluate(
             predictor = _prepared(NetworkPredictor(question.predictor, path), question)
         elif predictor is None:
             predictor = _load(question)
+            collection.require(_seen_by(predictor, question.predictor), question.predictor)
         crop = getattr(predictor, "crop", CROP)
         cases = (make_case(collection, i, crop, question.protocol, question.seed) for i in folds.test[fold])
         found = list(_judge_all(predictor, cases, question, report, fold + 1))
@@ -152,6 +154,13 @@ def _load(question: Question) -> Predictor:
             raise GraspBenchError(f"--weights is for networks; {question.predictor} is none.")
     predictor = load_predictor(question.predictor)
     return _prepared(predictor, question) if isinstance(predictor, NetworkPredictor) else predictor
+
+
+def _seen_by(predictor: Predictor, name: str) -> Kind:
+    """Return what a predictor looks at; one that is not known may do with colour."""
+    if isinstance(predictor, NetworkPredictor):
+        return predictor.kind
+    return "rgbd" if name in SHIPPED else "rgb"
 
 
 def _prepared(network: NetworkPredictor, question: Question) -> Predictor:

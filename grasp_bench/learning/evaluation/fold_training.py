@@ -10,7 +10,7 @@ from grasp_bench.learning.data.folds import Folds
 from grasp_bench.learning.data.rectangles import Collection
 from grasp_bench.learning.training.config import TrainConfig
 from grasp_bench.learning.training.sources import mixed_with_real
-from grasp_bench.networks.registry import info
+from grasp_bench.networks.registry import info, input_kind
 from grasp_bench.networks.store import WeightsFile
 from grasp_bench.runs.evaluation import FoldTraining
 
@@ -43,6 +43,7 @@ def train_fold(
 
     settings = training.settings
     out = training.out / f"fold-{fold + 1}-of-{len(folds.test)}"
+    collection.require(input_kind(network, settings.input), network)
     scenes = mixed_with_real(
         training.synthetic, collection, folds.train(fold), training.real_share, info(network).crop
     )

@@ -17,6 +17,7 @@ from grasp_bench.learning.data.opening import open_collection
 from grasp_bench.learning.data.real import RealScenes
 from grasp_bench.learning.data.rectangles import Collection
 from grasp_bench.learning.data.scenes import Scene, SceneSet, StoredScenes, is_generated, load_scenes
+from grasp_bench.networks.spec import Kind
 from grasp_bench.runs.evaluation import Split
 
 
@@ -108,6 +109,8 @@ def gather(
     holdout: tuple[int, int] | None = None,
     split: Split = "object",
     seed: int = 0,
+    *,
+    kind: Kind,
 ) -> SceneSet:
     """Gather the scenes of all folders.
 
@@ -116,10 +119,11 @@ def gather(
         crop: side of the network's input [px].
         holdout: (fold from 0, folds) of the real images that are left out of the training; they
             are validated on, which chooses nothing.
+        kind: what the network is shown.
         split, seed: how folds are made, see :func:`grasp_bench.learning.data.folds.make_folds`.
 
     Raises:
-        AssetError: when a folder holds nothing usable.
+        AssetError: when a folder holds nothing usable, or no depth for an input of ``kind``.
         GraspBenchError: when there are fewer images or objects than folds, or nothing to hold out.
     """
     if len({s.weight is None for s in sources}) > 1:
@@ -142,6 +146,7 @@ def gather(
             digest.update(scenes.fingerprint.encode())
         else:
             collection = open_collection(source.folder)
+            collection.require(kind, "The network")
             chosen, tested = list(range(len(collection.entries))), []
             if holdout is not None:
                 folds = make_folds([e.object for e in collection.entries], holdout[1], split, seed)

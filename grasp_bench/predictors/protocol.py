@@ -16,6 +16,8 @@ from grasp_bench.grasps import Grasp, GraspPose, KnownGrasp, SpatialGrasp, wrap_
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.predictors.guard import Guard
 from grasp_bench.predictors.spatial import checked_pose
+from grasp_bench.robot.gripper import Gripper
+from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.system.arrays import Floats
 from grasp_bench.system.texts import named, shown
 
@@ -57,6 +59,7 @@ class GroundTruth:
     Attributes:
         position, rotation: the object's pose in the world, (3,) [m] and (3, 3).
         camera, intrinsics: those of the camera that takes the image.
+        gripper: the robot's.
     """
 
     model: ObjectModel
@@ -64,6 +67,7 @@ class GroundTruth:
     rotation: Floats
     camera: CameraPose
     intrinsics: Intrinsics
+    gripper: Gripper = PARALLEL_85
 
 
 class PrivilegedPredictor(ABC):

@@ -79,11 +79,16 @@ class Objects(Section):
 
     Attributes:
         names: each object's name with the reason why it is here; empty for all objects.
+        folder: where they are: a shipped set below the assets, or the path of a folder with a manifest.
+        poses: by an object's name, the numbers of the resting poses it is put down in, from 0; where nothing
+            is said, those in which a grasp from above fits the gripper.
         mass_scale: factor on every mass and inertia.
         centre_of_mass_mm: shift of every centre of mass, in the object's frame [mm].
     """
 
     names: dict[str, str] = Field(default_factory=dict)
+    folder: str = "objects"
+    poses: dict[str, tuple[Annotated[int, Field(ge=0)], ...]] = Field(default_factory=dict)
     mass_scale: Positive = 1.0
     centre_of_mass_mm: Vector = (0.0, 0.0, 0.0)
 

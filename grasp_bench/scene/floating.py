@@ -23,6 +23,8 @@ from grasp_bench.scene.mounting import set_gripper
 from grasp_bench.system.arrays import Floats
 
 PREFIX = "carrier/"
+WRIST = "wrist"
+"""Body between the carrier and a gripper that can be tilted."""
 PARK = 1.0
 """How far beside and above the table's edge the gripper waits, out of the way of all rays [m]."""
 SHAKE = 5.0
@@ -73,9 +75,10 @@ class Attempt:
 
 
 def compile_floating(
-    scenario: Scenario, objects: list[SceneObject], gripper: Gripper = PARALLEL_85
+    scenario: Scenario, objects: list[SceneObject], gripper: Gripper = PARALLEL_85, tilting: bool = False
 ) -> mujoco.MjModel:
-    """Compile a model of a table with ``objects`` and the floating ``gripper``.
+    """Compile a model of a table with ``objects`` and the floating ``gripper``; ``tilting`` for one of
+    :class:`~grasp_bench.scene.tilting.TiltingGripper`.
 
     The gripper is read and attached by MuJoCo itself: dm_control needs 28 ms to read its file alone, and
     one such model is made for each scene of training data.
@@ -93,7 +96,8 @@ def compile_floating(
         joint = mount.add("joint", name=name, type=kind, axis=axis, armature=0.05)
         stiff = 30000 if kind == "slide" else 300
         root.actuator.add("position", name=name, joint=joint, kp=stiff, kv=stiff / 60)
-    mount.add("site", name="flange", quat=[0, 1, 0, 0])
+    carrier = mount.add("body", name=WRIST) if tilting else mount
+    carrier.add("site", name="flange", quat=[0, 1, 0, 0])
     for i, model in enumerate(objects):
         add_object(root, model, scenario, object_name(i))
 
@@ -204,14 +208,23 @@ class FloatingGripper:
             opening: distance between the pads before closing [m].
             routine: how fast and how far.
         """
-        model, data = self.model, self.data
-        mujoco.mj_resetData(model, data)
-        data.qpos[:], data.qvel[:] = state
         height = tip[2] + self.gripper.flange_to_tcp
-        self.put([tip[0], tip[1], height, yaw], opening)
-        mujoco.mj_forward(model, data)
-        if self.penetrates():
+        if not self.appear(state, [tip[0], tip[1], height, yaw], opening):
             return Attempt(False, "collision")
+        return self.close_and_lift(opening, routine)
+
+    def appear(self, state: tuple[Floats, Floats], carrier: Any, opening: float) -> bool:
+        """Appear open at ``carrier`` (4,) in a saved state, and return whether nothing is in the way."""
+        mujoco.mj_resetData(self.model, self.data)
+        self.data.qpos[:], self.data.qvel[:] = state
+        self.put(carrier, opening)
+        mujoco.mj_forward(self.model, self.data)
+        return not self.penetrates()
+
+    def close_and_lift(self, opening: float, routine: Routine = REFERENCE) -> Attempt:
+        """Try the grasp where the open gripper is: close, lift and shake."""
+        model, data = self.model, self.data
+        height = float(data.ctrl[self.carrier_u[2]])
         dt = model.opt.timestep
         squeeze = -self.scenario.gripper.squeeze
         chunk = 5

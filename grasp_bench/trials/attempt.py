@@ -23,6 +23,7 @@ from grasp_bench.planning.planner import Plan
 from grasp_bench.planning.refusals import Refused
 from grasp_bench.planning.seen import SeenScene
 from grasp_bench.predictors.protocol import GroundTruth, Predictor, PrivilegedPredictor, ask
+from grasp_bench.robot.gripper import Gripper
 from grasp_bench.runs.record import MarginRecord, TrialRecord
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scenario.seeding import Purpose, Streams
@@ -127,7 +128,7 @@ def attempt(
         picture, image = take_first_picture(cell, table, world, streams, clock)
         done.image = image
         with clock.phase("predict"):
-            truths = _truths(world, table.models, camera)
+            truths = _truths(world, table.models, camera, cell.planner.robot.gripper)
             done.grasps = ask(predictor, image, streams(Purpose.PREDICTOR), truths)
         if not done.grasps:
             return ended(Outcome.NO_GRASP, "the predictor proposed no grasp")
@@ -191,12 +192,14 @@ def _record(
     )
 
 
-def _truths(world: World, models: Sequence[ObjectModel], camera: SceneCamera) -> list[GroundTruth]:
+def _truths(
+    world: World, models: Sequence[ObjectModel], camera: SceneCamera, gripper: Gripper
+) -> list[GroundTruth]:
     """Return what a control may be told of every object."""
     truths = []
     for which, model in enumerate(models):
         world.aim(which)
-        truths.append(GroundTruth(model, *world.object_pose, camera.pose, camera.intrinsics))
+        truths.append(GroundTruth(model, *world.object_pose, camera.pose, camera.intrinsics, gripper))
     return truths
 
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from grasp_bench.camera import CameraPose, RgbdImage
+from grasp_bench.errors import AssetError
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.objects.fitted import fitted
 from grasp_bench.planning.planner import Planner
@@ -42,12 +44,19 @@ class Workcell:
         self._true_cameras: dict[int, SceneCamera] = {}
 
     def fitted(self, model: ObjectModel) -> ObjectModel:
-        """Return an object with the reference grasps of the robot's gripper.
+        """Return an object with the reference grasps of the robot's gripper, in the scenario's poses of it.
 
         Raises:
-            AssetError: where they were not worked out yet.
+            AssetError: where they were not worked out yet, or the object has no such pose.
         """
-        return fitted(model, self.planner.robot.gripper)
+        fit = fitted(model, self.planner.robot.gripper)
+        chosen = self.scenario.objects.poses.get(model.name, ())
+        if chosen and max(chosen) >= len(model.poses):
+            raise AssetError(
+                f"Scenario {self.scenario.name!r}: objects.poses asks for pose {max(chosen)} of "
+                f"{model.name}, which has {len(model.poses)}, counted from 0."
+            )
+        return replace(fit, put_in=chosen) if chosen else fit
 
     def true_camera(self, streams: Streams) -> SceneCamera:
         """Return the camera that takes an attempt's picture, off the nominal one by the calibration's

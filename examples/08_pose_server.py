@@ -1,16 +1,16 @@
-"""A network for grasps in six degrees of freedom, in its own environment behind HTTP: NumPy and Python's own server.
+"""A network for grasps in six degrees of freedom, behind HTTP in its own environment: NumPy and Python only.
 
-Contact-GraspNet, AnyGrasp and their like need CUDA and a Python of their own. Put this file there; the weights
-stay theirs. --network names a function that takes points (N, 3) [m], colours (N, 3) and intrinsics (3, 3) and
-returns poses (M, 4, 4) in the camera's frame, openings (M,) [m] and scores (M,), with the axes that --axes says
-(ours, contact-graspnet or graspnet):
+Contact-GraspNet, AnyGrasp and their like need CUDA and a Python of their own. Put this file there; the
+weights stay theirs. --network names a function that takes points (N, 3) [m], colours (N, 3) and intrinsics
+(3, 3), and returns poses (M, 4, 4) in the camera's frame, openings (M,) [m] and scores (M,), with the axes
+that --axes says (ours, contact-graspnet or graspnet):
 
     cd examples
     grasp-bench predictors check 'cmd: python 08_pose_server.py --port {port}'
     grasp-bench run --trials 20 --predictor 'cmd: python 08_pose_server.py --port {port}'
 
-and with a network, --predictor 'cmd: its-python 08_pose_server.py --network my_net:run --port {port}'. Without one
-it answers with what geometry alone says: the middle of what stands out, from above.
+and with a network, --predictor 'cmd: its-python 08_pose_server.py --network my_net:run --port {port}'.
+Without one it answers with what geometry alone says: the middle of what stands out, from above.
 """
 
 import argparse
@@ -22,8 +22,8 @@ from http.server import BaseHTTPRequestHandler, HTTPServer
 
 import numpy as np
 
-# Columns of the network's rotation that are our x (jaws), y and z (approach), and how far the finger tips' ends
-# are beyond its origin along the approach [m]. GraspNet's networks give that depth with each grasp: add it there.
+# Columns of the network's rotation that are our x (jaws), y and z (approach), and how far the finger tips are
+# beyond its origin along the approach [m]. GraspNet's networks give that depth with each grasp: add it there.
 AXES = {
     "ours": ([0, 1, 2], 0.0),
     "contact-graspnet": ([0, 1, 2], 0.1034),  # the Panda's hand: z approach, x jaws

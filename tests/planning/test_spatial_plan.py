@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_planner import K, POSE, ground, look
+from test_planner import POSE, K, ground, look
 
 from grasp_bench.grasps import GraspPose, SpatialGrasp
 from grasp_bench.planning.obstacles import Obstacles

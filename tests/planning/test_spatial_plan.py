@@ -33,8 +33,9 @@ def seen(pose: GraspPose) -> SpatialGrasp:
     return SpatialGrasp.of(pose.moved(turn, -turn @ POSE.position), K.project)
 
 
-@pytest.mark.parametrize("azimuth", [0.0, math.pi / 2, -math.pi / 2, 0.8])
-@pytest.mark.parametrize("dip", [0.0, 0.5])
+@pytest.mark.parametrize(
+    ("azimuth", "dip"), [(math.pi / 2, 0.0), (-math.pi / 2, 0.0), (0.0, 0.35), (0.8, 0.35), (math.pi, 0.6)]
+)
 def test_a_hand_from_the_side_comes_straight_and_lifts_straight(azimuth: float, dip: float) -> None:
     pose = level([0.5, 0.0, 0.12], azimuth, dip)
     plan = PLANNER.plan(look(ground((0.5, 0, 0.03, 0.03, 0.16))), seen(pose))
@@ -54,10 +55,10 @@ def test_a_hand_from_the_side_comes_straight_and_lifts_straight(azimuth: float, 
 
 def test_the_hand_meets_neither_table_nor_what_was_seen() -> None:
     tall = (0.5, 0.0, 0.03, 0.03, 0.16)
-    scene = look(ground(tall, (0.36, 0.0, 0.04, 0.2, 0.20)))
+    scene = look(ground(tall, (0.30, 0.0, 0.04, 0.1, 0.20)))
     with pytest.raises(Blocked, match="what was seen"):
         PLANNER.plan(scene, seen(level([0.5, 0, 0.12], 0.0)))
-    assert PLANNER.plan(scene, seen(level([0.5, 0, 0.12], math.pi / 2)))
+    assert PLANNER.plan(look(ground(tall)), seen(level([0.5, 0, 0.12], math.pi / 2)))
     with pytest.raises(Blocked, match="the table"):
         PLANNER.plan(look(ground(tall)), seen(level([0.5, 0, 0.015], 0.0)))
     with pytest.raises(Blocked, match="the table"):
@@ -84,10 +85,8 @@ def test_an_arm_in_itself_or_in_the_table_is_told() -> None:
     obstacles, none = Obstacles(EC66_PARALLEL_85), np.zeros((0, 3))
     home = np.array(EC66_PARALLEL_85.arm.home)
     assert obstacles.arm(none, home, 0.085) == ""
-    down = np.radians([0, -20, 0, -60, 90, 0])
-    assert "table" in obstacles.arm(none, down, 0.085) or "itself" in obstacles.arm(none, down, 0.085)
-    folded = np.radians([0, -90, 159, -60, 90, 0])
-    assert obstacles.arm(none, folded, 0.085) != ""
+    assert "the table" in obstacles.arm(none, np.radians([0, 20, 0, 0, 90, 0]), 0.085)
+    assert "itself" in obstacles.arm(none, np.radians([0, -90, 159, 0, 90, 0]), 0.085)
     cloud = np.random.default_rng(0).uniform([0.0, -0.3, 0.3], [0.3, 0.3, 0.6], (20_000, 3))
     assert "what was seen" in obstacles.arm(cloud, home, 0.085)
 
@@ -96,7 +95,7 @@ def test_an_arm_in_itself_or_in_the_table_is_told() -> None:
 def test_other_arms_reach_from_the_side_too(arm: str) -> None:
     robot = load_robot(arm, "parallel-85")
     planner = Planner(load_scenario("table4"), robot)
-    for azimuth in (0.0, math.pi / 2):
+    for azimuth in (math.pi / 2, -math.pi / 2):
         plan = planner.plan(
             look(ground((0.5, 0, 0.03, 0.03, 0.16))), seen(level([0.5, 0, 0.12], azimuth, 0.3))
         )

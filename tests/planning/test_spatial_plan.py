@@ -55,7 +55,7 @@ def test_a_hand_from_the_side_comes_straight_and_lifts_straight(azimuth: float, 
 
 def test_the_hand_meets_neither_table_nor_what_was_seen() -> None:
     tall = (0.5, 0.0, 0.03, 0.03, 0.16)
-    scene = look(ground(tall, (0.30, 0.0, 0.04, 0.1, 0.20)))
+    scene = look(ground(tall, (0.36, 0.0, 0.04, 0.2, 0.12)))
     with pytest.raises(Blocked, match="what was seen"):
         PLANNER.plan(scene, seen(level([0.5, 0, 0.12], 0.0)))
     assert PLANNER.plan(look(ground(tall)), seen(level([0.5, 0, 0.12], math.pi / 2)))

@@ -26,7 +26,14 @@ POSES = f"cmd: {sys.executable} 08_pose_server.py --port {{port}}"
 
 @pytest.mark.parametrize(
     "path",
-    ["01_my_predictor:Highest", "05_opencv_predictor:Rectangle", "steepest_grasps:Steepest", SERVER, POSES],
+    [
+        "01_my_predictor:Highest",
+        "05_opencv_predictor:Rectangle",
+        "steepest_grasps:Steepest",
+        "09_tsdf_predictor:Fused",
+        SERVER,
+        POSES,
+    ],
 )
 def test_an_example_grasps_what_stands_out_and_keeps_to_the_protocol(
     path: str, monkeypatch: pytest.MonkeyPatch

@@ -79,7 +79,7 @@ def parts(config: TrainConfig, scenes: SceneSet) -> dict[str, tuple[float, float
             learner.optimizer.zero_grad(set_to_none=True)
             loss.backward()
         with timed("optimiser", step):
-            learner.update(step)
+            learner.update(step, config.learning_rate(step))
     samples = (config.steps - WARM_UP) * config.batch
     return {part: tuple(1000 * times / samples) for part, times in spent.items()}
 

@@ -20,7 +20,9 @@ from rich.console import Console
 from rich.table import Table
 
 
-def run(predictor: str, trials: int, workers: int, folder: Path) -> tuple[float, float]:
+def run(
+    predictor: str, trials: int, workers: int, folder: Path, executor: str = "process"
+) -> tuple[float, float]:
     """Seconds of wall and of processor time of one run."""
     command = [
         sys.executable,
@@ -34,6 +36,8 @@ def run(predictor: str, trials: int, workers: int, folder: Path) -> tuple[float,
         str(trials),
         "--workers",
         str(workers),
+        "--executor",
+        executor,
         "--out",
         str(folder),
     ]

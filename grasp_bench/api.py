@@ -95,8 +95,8 @@ def run(
         media: ``none``, or pictures of all trials (in clutter of all attempts) and clips of the ``failures``
             or of ``all``, stored in the run's folder; records do not depend on it.
         rerun: a Rerun recording of all trials of this call, ``FILE.rrd`` (extra ``rerun``).
-        progress: a bar on standard error, nothing, or a function called with each record and whether
-            it was there before.
+        progress: a bar on standard error (in a notebook a line of text), nothing, or a function called
+            with each record and whether it was there before.
         shard: ``"i/N"``: only every N-th trial, from the i-th on; ``grasp-bench merge`` puts the N
             folders together.
         executor: ``"process"`` (this machine) or ``"ray"``.

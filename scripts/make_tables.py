@@ -7,12 +7,18 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
+from grasp_bench.report.agreement import agreement, agreement_table
+from grasp_bench.report.agreement_chart import as_svg
+from grasp_bench.report.firmness import firmness_table, pairs_table
+from grasp_bench.report.help import Merit, merit_table
 from grasp_bench.report.leaderboard import as_markdown, load_row
 from grasp_bench.report.table4 import build_report
 from grasp_bench.report.tables import Markdown, TextTable, markdown, rate_cells
 from grasp_bench.runs.comparison import Comparison
+from grasp_bench.runs.evaluation import Evaluation
 from grasp_bench.runs.folder import find_runs
 from grasp_bench.runs.results import RunResults
 from grasp_bench.studies.bench_table import compare, read_evaluations, run_folders, tables
@@ -32,8 +38,13 @@ def replace(path: Path, marker: str, text: str) -> None:
 def main() -> None:
     reference = ROOT / "results" / "reference"
     table, *runs = build_report(find_runs(reference), reference).tables()
-    replace(ROOT / "README.md", "table4", markdown([dataclasses.replace(table, title="")]))
+    alone = ROOT / "results" / "as-predicted"
+    merits = build_report([*find_runs(reference), *find_runs(alone)]).merits
+    replace(ROOT / "README.md", "table4", markdown([with_predicted(table, merits)]))
+    replace(ROOT / "docs" / "results.md", "merit", markdown([merit_table(merits)]))
+    replace(ROOT / "docs" / "results.md", "graded", markdown(graded(ROOT / "results" / "graded")))
     compared, evaluations = compare(run_folders(reference)), read_evaluations(ROOT / "results" / "evaluation")
+    replace(ROOT / "docs" / "results.md", "agreement", agreements([reference, alone], evaluations))
     replace(ROOT / "docs" / "results.md", "measured", markdown(tables(compared, evaluations)))
     replace(ROOT / "docs" / "results.md", "runs", markdown(runs))
     replace(ROOT / "docs" / "leaderboard.md", "leaderboard", leaderboard())
@@ -43,15 +54,51 @@ def main() -> None:
 
 
 def headline() -> str:
-    """The figure to quote: the shipped network with fresh seeds, pooled."""
-    report = build_report(find_runs(ROOT / "results" / "seeds"))
-    (group,) = report.groups
-    assert group.pooled is not None
-    counts, rate, interval = rate_cells(group.pooled)
-    predictor = report.runs[0].info.predictor
+    """The figures to quote: the shipped network with fresh seeds, pooled, with help and without."""
+    told = []
+    for folder, how in (("seeds", "with the planner's help"), ("seeds-as-predicted", "exactly as predicted")):
+        report = build_report(find_runs(ROOT / "results" / folder))
+        (group,) = report.groups
+        assert group.pooled is not None
+        counts, rate, interval = rate_cells(group.pooled)
+        told.append(f"**{counts} = {rate}** {how} (95 % interval {interval})")
+        predictor, seeds = report.runs[0].info.predictor, group.seeds
     return (
-        f"**`{predictor}` lifts {counts} = {rate}** (95 % interval {interval}; seeds {group.seeds[0]} to "
-        f"{group.seeds[-1]}, each of the 180 objects once a seed)."
+        f"**`{predictor}` lifts** {told[0]} and {told[1]}; seeds {seeds[0]} to {seeds[-1]}, "
+        "each of the 180 objects once a seed."
+    )
+
+
+def with_predicted(table: TextTable, merits: Sequence[Merit]) -> TextTable:
+    """Put what each predictor lifts without help beside its row, and leave out the title."""
+    alone = {m.predictor: m.predicted for m in merits if m.predicted is not None}
+    at = table.head.index("Printed")
+    rows = []
+    for row in table.rows:
+        rate = alone.get(row[1].removesuffix(" (control)")) if row[0] == "grasp-bench" else None
+        cell = f"{rate.successes}/{rate.trials} = {rate.rate:.1%}" if rate else ""
+        rows.append([*row[:at], cell, *row[at:]])
+    head = [*table.head[:at], "As predicted", *table.head[at:]]
+    numbers = (*(n + (n >= at) for n in table.numbers), at)
+    return dataclasses.replace(table, title="", head=head, rows=rows, numbers=numbers)
+
+
+def graded(folder: Path) -> list[TextTable]:
+    """How firmly all predictors hold, each as it predicted, and which pairs that tells apart."""
+    report = build_report(find_runs(folder), folder)
+    told = [(r.run, r.firmness) for r in report.runs if r.firmness is not None]
+    return [firmness_table(told), pairs_table([r.run for r in report.runs], report.pairs)]
+
+
+def agreements(folders: Sequence[Path], evaluations: Sequence[Evaluation]) -> str:
+    """Physics against real images, in each protocol; the last one's picture."""
+    strict = [e for e in evaluations if (e.dataset, e.protocol) == ("cornell", "strict") and not e.trained]
+    found = [agreement([RunResults(run) for run in find_runs(f)], strict) for f in folders]
+    svg = ROOT / "docs" / "images" / "agreement.svg"
+    svg.write_text(as_svg(found[-1]), encoding="utf-8")
+    return (
+        markdown(map(agreement_table, found))
+        + f"\n![{found[-1].scenario} against Cornell](images/{svg.name})\n"
     )
 
 

@@ -9,6 +9,9 @@ from types import ModuleType
 import pytest
 import torch
 
+from grasp_bench.learning.data.scenes import SceneSet
+from grasp_bench.learning.training.config import TrainConfig
+
 FOLDER = Path(__file__).parents[1] / "benchmarks"
 
 
@@ -49,3 +52,11 @@ def test_latency_says_what_its_gpu_part_needs(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
     assert latency.missing_cuda() is None
     assert "fp32 graph" in latency.modes_of(torch.device("cuda"))
+
+
+def test_the_parts_of_a_training_step_are_those_of_the_training() -> None:
+    training = script("training")
+    config = TrainConfig(network="gg-cnn", steps=training.WARM_UP + 1, batch=1, threads=1, precision="fp32")
+    spent = training.parts(config, SceneSet([training.made_up()], [], ""))
+    assert list(spent) == ["load", "forward", "backward", "optimiser"]
+    assert all(processor > 0 for _, processor in spent.values())

@@ -75,3 +75,40 @@ def test_the_package_declares_what_its_module_holds(monkeypatch: pytest.MonkeyPa
     monkeypatch.syspath_prepend(tmp_path)
     assert list(installed()) == ["steepest"]
     assert type(load_predictor("steepest")).__name__ == "Steepest"
+
+
+def test_published_maps_are_shown_at_the_scale_of_their_data_and_answer_in_pixels_of_the_picture(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A stand-in that finds height and says direction and width, of a crop twice as wide as its input."""
+    (tmp_path / "loaded.py").write_text(
+        "import torch\n"
+        "def network():\n"
+        "    def run(x):\n"
+        "        assert x.shape == (1, 4, 100, 100) and abs(float(x.mean())) < 1e-5\n"
+        "        one = torch.ones_like(x[:, :1])\n"
+        "        return (-x[:, :1] * 10).clamp(0, 1), 0.5 * one, 0.5 * 3**0.5 * one, 0.2 * one\n"
+        "    return run\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    intrinsics = Intrinsics.from_fov(640, 480, np.pi / 2)  # 320 px a metre at 1 m: 3.125 mm a pixel
+    depth = np.full((480, 640), 1.0, np.float32)
+    depth[260:280, 340:360] = 0.9
+    depth[300:310, 300:310] = 0  # a hole
+    image = RgbdImage(np.full((480, 640, 3), 90, np.uint8), depth, intrinsics)
+    words = [
+        sys.executable,
+        str(EXAMPLES / "08_published_maps.py"),
+        "--make",
+        "loaded:network",
+        "--side",
+        "100",
+    ]
+    predictor = load_predictor(f"cmd: {' '.join(words)} --mm-per-pixel 6.25 --port {{port}}")
+    try:
+        best = checked(predictor.predict(image), intrinsics)[0]
+    finally:
+        getattr(predictor, "close", lambda: None)()
+    assert (best.x, best.y) == (pytest.approx(350, abs=3), pytest.approx(270, abs=3))
+    assert best.angle == pytest.approx(np.pi / 6, abs=1e-3)
+    assert best.width == pytest.approx(0.2 * 150 * 2, rel=1e-3)

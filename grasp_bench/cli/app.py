@@ -16,6 +16,7 @@ from typing import Annotated
 
 import typer
 
+from grasp_bench.cli.agree import agree_command
 from grasp_bench.cli.arms import arms_app
 from grasp_bench.cli.cache import cache_app
 from grasp_bench.cli.check import check_command
@@ -78,6 +79,7 @@ app.command("serve")(serve_command)
 app.add_typer(data_app, name="data")
 app.command("sweep")(sweep_command)
 app.command("rank")(rank_command)
+app.command("agree")(agree_command)
 app.command("train")(train_command)
 app.command("evaluate")(evaluate_command)
 app.command("bench-table")(bench_table_command)

@@ -28,8 +28,9 @@ def list_grippers(as_json: AsJson = False) -> None:
 
     A scenario names one by `robot: {gripper: NAME}`, or anyone's by the path of its folder.
     """
+    from grasp_bench.robot.cup import SuctionCup
     from grasp_bench.robot.facts import shipped
-    from grasp_bench.robot.gripper import load_gripper
+    from grasp_bench.robot.grippers import load_gripper
 
     found = [load_gripper(n) for n in shipped("gripper")]
     if as_json:
@@ -43,12 +44,13 @@ def list_grippers(as_json: AsJson = False) -> None:
         table.add_column(head, justify="left" if head == "Name" else "right")
     for g in found:
         finger = (g.finger_thickness, g.finger_width, g.finger_length)
+        cup = isinstance(g, SuctionCup)
         table.add_row(
             g.name,
-            f"{1000 * g.opening:.0f}",
-            f"{g.force[0]:g} to {g.force[1]:g}",
-            _mm(finger),
-            _mm(g.pad[1:]),
+            "–" if cup else f"{1000 * g.opening:.0f}",
+            f"{g.force[0]:.3g} to {g.force[1]:.3g}",
+            "suction cup" if cup else _mm(finger),
+            f"⌀ {2000 * g.radius:g}" if isinstance(g, SuctionCup) else _mm(g.pad[1:]),
             f"{g.shape.mass:.2f}",
         )
     Console().print(table)
@@ -57,7 +59,7 @@ def list_grippers(as_json: AsJson = False) -> None:
 @grippers_app.command()
 def show(name: Name, as_json: AsJson = False) -> None:
     """Show what a gripper's file says and what was measured from its model."""
-    from grasp_bench.robot.gripper import load_gripper
+    from grasp_bench.robot.grippers import load_gripper
 
     gripper = load_gripper(name)
     if as_json:
@@ -65,11 +67,26 @@ def show(name: Name, as_json: AsJson = False) -> None:
         return
     from rich.console import Console
 
+    from grasp_bench.robot.cup import SuctionCup
+
     console, shape = Console(soft_wrap=True), gripper.shape
     console.print(f"[bold]{gripper.name}[/bold]: {gripper.title}, {shape.mass:.2f} kg; {gripper.path}")
     if gripper.facts.source:
         console.print(f"Source: {gripper.facts.source}")
-    (least, most), ends = gripper.force, gripper.facts.commands
+    least, most = gripper.force
+    if isinstance(gripper, SuctionCup):
+        cup = gripper.cup
+        console.print(
+            f"Stated: vacuum of {cup.vacuum[0] / 1000:g} to {cup.vacuum[1] / 1000:g} kPa; the rim tilts by "
+            f"{cup.tilt_deg:g}° and follows {1000 * cup.compliance:g} mm; up to {1000 * cup.hollow:g} mm may "
+            f"stand out into it; pressed in by {1000 * cup.press:g} mm"
+        )
+        console.print(
+            f"Measured: rim ⌀ {2000 * gripper.radius:g} mm, so {least:.1f} to {most:.1f} N pull it off; hand "
+            f"{_mm(shape.palm)} mm; flange to TCP {1000 * shape.flange_to_tcp:.1f} mm"
+        )
+        return
+    ends = gripper.jaws.commands
     console.print(
         f"Stated: {least:g} to {most:g} N a pad, up to {gripper.speed:g} m/s a finger; actuator "
         f"{gripper.actuator!r}, {ends.open:g} open, {ends.closed:g} closed"
@@ -92,15 +109,20 @@ def check(
 
     Exits with 2 and one line where something is wrong. docs/robots.md says how such a folder is made.
     """
-    from grasp_bench.robot.gripper import load_gripper
+    from grasp_bench.robot.cup import SuctionCup
     from grasp_bench.robot.gripper_trial import try_out
+    from grasp_bench.robot.grippers import load_gripper
 
     gripper = load_gripper(path)
     moved = try_out(gripper)
     show(path)
+    if isinstance(gripper, SuctionCup):
+        done = "The vacuum holds a plate of half the force, and lets it go."
+    else:
+        wide, narrow = 1000 * moved.opened, 1000 * moved.closed
+        done = f"The actuator opens it to {wide:.1f} mm, closes it to {narrow:.1f} mm."
     typer.echo(
-        f"The actuator opens it to {1000 * moved.opened:.1f} mm, closes it to {1000 * moved.closed:.1f} mm. "
-        f"It can be used: robot: {{gripper: {path}}}, after `grasp-bench grippers prepare {path}`."
+        f"{done} It can be used: robot: {{gripper: {path}}}, after `grasp-bench grippers prepare {path}`."
     )
 
 
@@ -172,7 +194,7 @@ def prepare(
 
     from grasp_bench.api import select_objects
     from grasp_bench.objects.fitted import is_reference
-    from grasp_bench.robot.gripper import load_gripper
+    from grasp_bench.robot.grippers import load_gripper
     from grasp_bench.system.progress import counting
     from grasp_bench.workshop.fitting import prepare as fit_all
 

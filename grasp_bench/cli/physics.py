@@ -17,7 +17,7 @@ def check_physics(full: bool, as_json: bool, gripper: str | None = None) -> bool
     from rich.console import Console
     from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-    from grasp_bench.doctor.physics.suite import OF_GRIPPER, QUICK, judged, table, trials
+    from grasp_bench.doctor.physics.suite import QUICK, judged, table, tests_of, trials
     from grasp_bench.objects.catalog import Catalog
     from grasp_bench.objects.fitted import graspable
     from grasp_bench.scenario.reading import load_scenario
@@ -26,7 +26,8 @@ def check_physics(full: bool, as_json: bool, gripper: str | None = None) -> bool
     scenario, tests = load_scenario("table4"), QUICK
     names = Catalog().names
     if gripper is not None:
-        scenario, tests = with_gripper(scenario, gripper), OF_GRIPPER
+        scenario = with_gripper(scenario, gripper)
+        tests = tests_of(scenario.robot.loaded.gripper)
         if full:
             names, _ = graspable(Catalog(), names, scenario.robot.loaded.gripper)
     checks = []

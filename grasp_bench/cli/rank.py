@@ -27,6 +27,12 @@ def rank_command(
     objects: Annotated[str | None, typer.Option(help="As for `grasp-bench run`.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the items and of their trials.")] = 0,
     workers: Annotated[int, typer.Option(min=0, help="Processes; 0 takes one for each core.")] = 0,
+    physics: Annotated[
+        int, typer.Option(min=0, help="Other plausible worlds in which the order is tried as well, e.g. 30.")
+    ] = 0,
+    physics_trials: Annotated[
+        int, typer.Option(min=1, help="Trials of each predictor in each of these worlds.")
+    ] = 60,
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="Folder; by default rankings/SCENARIO-seedN.")
     ] = None,
@@ -42,6 +48,9 @@ def rank_command(
     The same command again goes on, also with a larger budget. Each predictor's trials are an ordinary run
     below OUT for `grasp-bench report`.
 
+    [bold]--physics 30[/bold] asks afterwards whether the order would survive: all predictors try the same
+    trials in 30 other worlds, drawn about the scenario (friction, masses, time step, sensor, calibration …).
+
     Example: grasp-bench rank htc-grasp gr-convnet gg-cnn2 --budget 120
     """
     from rich.console import Console
@@ -54,6 +63,7 @@ def rank_command(
     from grasp_bench.scenario.reading import load_scenario
     from grasp_bench.studies.rank import Contest, rank, score_for
     from grasp_bench.studies.ranking import ranking_table, to_json, unseen_table
+    from grasp_bench.studies.worlds import in_worlds, worlds_table
     from grasp_bench.system.graphics import prepare
     from grasp_bench.system.machine import usable_cores
     from grasp_bench.system.progress import counting
@@ -75,9 +85,22 @@ def rank_command(
             bar.update(tasks[name], advance=1)
 
         race = rank(contest, folder, workers or usable_cores(), count)
+        worlds = None
+        if physics:
+            task = bar.add_task("other worlds", total=(physics + 1) * physics_trials * len(names), state="")
+
+            def count_world(name: str, world: int, record: TrialRecord, there: bool) -> None:
+                bar.update(task, advance=1, state=f"world {world}")
+
+            worlds = in_worlds(
+                contest, physics, physics_trials, folder, workers or usable_cores(), count_world
+            )
     if as_json:
-        typer.echo(json.dumps(to_json(race, counted.what), ensure_ascii=False))
+        told = to_json(race, counted.what) | ({"worlds": worlds.to_json()} if worlds else {})
+        typer.echo(json.dumps(told, ensure_ascii=False))
         return
     unseen = unseen_table(race)
     show([ranking_table(race, counted.what), *([unseen] if unseen else [])], console)
+    if worlds:
+        show([worlds_table(worlds)], console)
     console.print(f"Trials are in {folder}; see `grasp-bench report {folder}`.", soft_wrap=True, markup=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,15 +13,18 @@ from annotated_types import Ge
 from pydantic import ValidationError
 
 from grasp_bench.learning.training.config import TrainConfig
-from grasp_bench.learning.training.log import training_seconds
 from grasp_bench.networks.registry import info, input_kind
 from grasp_bench.networks.store import WeightsFile, shipped_file
+from grasp_bench.system.integrity import write_whole
 from grasp_bench.system.progress import counting
 
 if TYPE_CHECKING:
     from grasp_bench.learning.data.scenes import SceneSet
     from grasp_bench.learning.training.loop import Trained
     from grasp_bench.learning.training.sources import Source
+
+TRAINING = "training.json"
+"""What a training was and how it went, as in the weights' own metadata: steps, time, seed, data, curve."""
 
 
 def _with_settings(command: Callable[..., None]) -> Callable[..., None]:
@@ -69,6 +73,7 @@ def train_command(
 
     Figures go to OUT/log.jsonl, the state to OUT/checkpoint.safetensors; killed at any time,
     the run ends with the same weights as if it had not been, once the command is repeated.
+    OUT/training.json has steps, time, seed, data and the learning curve in the end.
     """
     from rich.console import Console
 
@@ -86,7 +91,7 @@ def train_command(
     console.print(f"{len(scenes.train)} scenes to train on, {len(scenes.val)} to validate on")
     trained = _train_with_progress(config, scenes, out, console, begin)
     weights = _store(trained, config, scenes, sources, out, export)
-    console.print(f"{trained.accuracy}\n[bold]{weights}[/bold]")
+    console.print(f"{trained.accuracy}\n{trained.course.told()}\n[bold]{weights}[/bold]")
 
 
 def read_settings(typed: dict[str, Any]) -> tuple[TrainConfig, Path | None]:
@@ -147,9 +152,9 @@ def _store(
     from grasp_bench.learning.training.card import model_card, provenance
     from grasp_bench.networks.weights import save
 
-    seconds = training_seconds(out / "log.jsonl", config.batch)
-    facts = provenance(trained, config, scenes, data) | ({"seconds": round(seconds)} if seconds else {})
+    facts = provenance(trained, config, scenes, data)
     installed = shipped_file(config.network)
+    write_whole(out / TRAINING, (json.dumps(facts, indent=1, ensure_ascii=False) + "\n").encode())
     places = [out / installed.name, *([installed.path] if export else [])]
     for path in places:
         save(trained.network, path, facts)

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from grasp_bench.doctor.checks import Check, State
-from grasp_bench.report.firmness import same_conditions
+from grasp_bench.report.compare import SharedTrials
 from grasp_bench.runs.info import RUN
 from grasp_bench.runs.results import RunResults
 
@@ -33,20 +33,15 @@ def upper_bound(oracle: RunResults, others: Iterable[RunResults]) -> Check:
         oracle: the run.
         others: runs to hold it against; those of other trials are passed over.
     """
-    rivals = [
-        run
-        for run in others
-        if len(run) and run.folder.resolve() != oracle.folder.resolve() and same_conditions(run, oracle)
-    ]
+    apart = [run for run in others if len(run) and run.folder.resolve() != oracle.folder.resolve()]
+    shared = SharedTrials([oracle, *apart])
+    rivals = [(run, both) for i, run in enumerate(apart, 1) if (both := shared.common(0, i))]
     lifted = oracle.lifted
-    better = []
-    for run in rivals:
-        common = {(r.trial, r.object): r.success for r in run.records}
-        both = [
-            (r.success, common[r.trial, r.object]) for r in oracle.records if (r.trial, r.object) in common
-        ]
-        if sum(theirs for _, theirs in both) > sum(ours for ours, _ in both):
-            better.append(run.predictor)
+    better = [
+        run.predictor
+        for run, both in rivals
+        if sum(theirs.success for _, theirs in both) > sum(ours.success for ours, _ in both)
+    ]
     held = f"the oracle lifts {lifted.successes} of {lifted.trials}"
     if better:
         return Check("Upper bound", State.BAD, f"{held}, and {', '.join(better)} more of the same trials")

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
@@ -165,17 +164,22 @@ class DenseTrunk(nn.Module):
 
 
 def begin_with_trunk(network: nn.Module, tensors: dict[str, Tensor]) -> int:
-    """Give every trunk within ``network`` the tensors of a :class:`DenseTrunk` that fit; how many did.
+    """Give every trunk within ``network`` the stem and blocks of a :class:`DenseTrunk` that fit; how many
+    tensors that was.
 
-    First layers for another number of channels keep their start, and so does what the trunk lacks.
+    A stem for another number of channels keeps its start, and so does what the trunk lacks: of a ResNet-50,
+    17 blocks of a ResNet-101, which are identities then.
     """
     known = {k.removeprefix("trunk."): v for k, v in tensors.items() if k.startswith("trunk.")}
     given = 0
-    with torch.no_grad():
-        for module in network.modules():
-            if isinstance(module, Trunk):
-                for key, value in module.state_dict().items():
-                    if key in known and known[key].shape == value.shape:
-                        value.copy_(known[key])
-                        given += 1
+    for trunk in network.modules():
+        if not isinstance(trunk, Trunk):
+            continue
+        parts = {"stem": trunk.stem} | {n: m for n, m in trunk.named_modules() if isinstance(m, Block)}
+        for name, part in parts.items():
+            own = part.state_dict()
+            found = {k: known[f"{name}.{k}"] for k in own if f"{name}.{k}" in known}
+            if len(found) == len(own) and all(found[k].shape == own[k].shape for k in own):
+                part.load_state_dict(found)
+                given += len(found)
     return given

@@ -19,6 +19,8 @@ from grasp_bench.planning.obstacles import Obstacles
 from grasp_bench.planning.refusals import Blocked, Unreachable
 from grasp_bench.planning.seen import SeenScene
 from grasp_bench.planning.shake import amplitude, shaken
+from grasp_bench.planning.suction import cup_pose, wanted_height
+from grasp_bench.robot.cup import SuctionCup
 from grasp_bench.robot.kinematics import InverseKinematics
 from grasp_bench.robot.robot import Robot
 from grasp_bench.robot.trajectory import Trajectory, through
@@ -131,15 +133,25 @@ class Planner:
         """
         motion, gripper = self.scenario.motion, self.robot.gripper
         if isinstance(grasp, KnownGrasp):
-            short = grasp.pose.position[2] - wanted_tip(grasp.top, motion) if _upright(grasp.pose) else 0.0
+            short = grasp.pose.position[2] - self._wanted(grasp.top) if _upright(grasp.pose) else 0.0
             return self._motion(scene, Aim(grasp, grasp.pose, grasp.top, short))
         if isinstance(grasp, SpatialGrasp):
             pose, wider = self._clear(scene, grasp.pose.moved(scene.camera.rotation, scene.camera.position))
             aim = Aim(grasp, pose, float(pose.position[2]), widening=wider, points=scene.points)
             return self._motion(scene, aim)
-        pose, top = grasp_pose(scene, grasp, motion, gripper, self.scenario.execution)
-        wider = widening(scene, grasp, pose, top, gripper)
-        return self._motion(scene, Aim(grasp, pose, top, pose.position[2] - wanted_tip(top, motion), wider))
+        if isinstance(gripper, SuctionCup):
+            (pose, top), wider = cup_pose(scene, grasp, motion, gripper), 0.0
+        else:
+            pose, top = grasp_pose(scene, grasp, motion, gripper, self.scenario.execution)
+            wider = widening(scene, grasp, pose, top, gripper)
+        return self._motion(scene, Aim(grasp, pose, top, pose.position[2] - self._wanted(top), wider))
+
+    def _wanted(self, top: float) -> float:
+        """Return the height at which the TCP is wanted for a thing that is ``top`` high [m]."""
+        motion, gripper = self.scenario.motion, self.robot.gripper
+        if isinstance(gripper, SuctionCup):
+            return wanted_height(top, motion, gripper)
+        return wanted_tip(top, motion)
 
     def _clear(self, scene: SeenScene, pose: GraspPose) -> tuple[GraspPose, float]:
         """Return a grasp's pose with an opening at which the hand gets there, and how much wider that is [m].

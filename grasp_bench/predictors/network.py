@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grasp_bench.camera import RgbdImage
 from grasp_bench.errors import GraspBenchError
@@ -16,6 +17,7 @@ from grasp_bench.networks.registry import info, input_kind
 from grasp_bench.networks.spec import Kind
 from grasp_bench.networks.store import stored_input
 from grasp_bench.predictors.level import level_view
+from grasp_bench.predictors.surroundings import surroundings
 from grasp_bench.predictors.tabletop import levelled
 
 if TYPE_CHECKING:
@@ -38,6 +40,8 @@ class NetworkPredictor:
         level: 'camera' shows the network a tilted camera's picture as one from straight above; 'table'
             takes a fitted surface off the depth in the crop, for depth that no pinhole camera measured such
             as Cornell's (see :mod:`grasp_bench.predictors.tabletop`); 'none' shows pictures as they are.
+        surrounded: whether walls, floors and their feet are told from what may be grasped, so that no grasp
+            is centred there (:mod:`grasp_bench.predictors.surroundings`).
 
     Attributes:
         crop_origin: (x, y) of the crop's corner in the last image [px], negative if padded.
@@ -48,14 +52,19 @@ class NetworkPredictor:
     """
 
     def __init__(
-        self, name: str = "htc-grasp", weights: Path | None = None, peaks: int = 10, level: Level = "camera"
+        self,
+        name: str = "htc-grasp",
+        weights: Path | None = None,
+        peaks: int = 10,
+        level: Level = "camera",
+        surrounded: bool = True,
     ) -> None:
         import torch
 
         from grasp_bench.networks.folding import folded
         from grasp_bench.networks.weights import load
 
-        self.name, self.peaks, self.level = name, peaks, level
+        self.name, self.peaks, self.level, self.surrounded = name, peaks, level, surrounded
         self.crop_origin = (0, 0)
         self.last_maps: GraspMaps | None = None
         self.crop = info(name).crop
@@ -79,19 +88,16 @@ class NetworkPredictor:
         return grasps
 
     def _predict(self, image: RgbdImage) -> list[Grasp]:
-        output = self._output(image)
+        output, allowed = self._answer(image)
         ox, oy = self.crop_origin
-        height, width = image.depth.shape
         if output.ndim == 2:  # a detector's rows
             found = grasps_from_output(output, self.peaks)
-            whole = [replace(g, x=g.x + ox, y=g.y + oy) for g in found]
-            return [g for g in whole if 0 <= g.x < width and 0 <= g.y < height]
-        self.last_maps = raw = maps_from_output(output)
-        maps = raw.smoothed()
-        inside = np.zeros_like(maps.quality)
-        inside[max(-oy, 0) : height - oy, max(-ox, 0) : width - ox] = 1
-        peaks = replace(maps, quality=maps.quality * inside).peaks(count=self.peaks)
-        return [replace(g, x=g.x + ox, y=g.y + oy) for g in peaks]
+            within = [g for g in found if _at(allowed, g)]
+        else:
+            self.last_maps = raw = maps_from_output(output)
+            maps = raw.smoothed()
+            within = replace(maps, quality=maps.quality * allowed).peaks(count=self.peaks)
+        return [replace(g, x=g.x + ox, y=g.y + oy) for g in within]
 
     def maps(self, image: RgbdImage) -> GraspMaps:
         """Return the network's maps of the crop at ``crop_origin``, not smoothed.
@@ -99,20 +105,25 @@ class NetworkPredictor:
         Raises:
             GraspBenchError: the network is a detector, which has none.
         """
-        output = self._output(image)
+        output, allowed = self._answer(image)
         if output.ndim == 2:
             raise GraspBenchError(
                 f"{self.name} gives grasps and no maps, so that it cannot be asked for its maps; "
                 "evaluate it by --protocol strict."
             )
-        return maps_from_output(output)
+        maps = maps_from_output(output)
+        return replace(maps, quality=maps.quality * allowed)
 
-    def _output(self, image: RgbdImage) -> torch.Tensor:
-        """Return maps (4, H, W), or a detector's rows (N, 6)."""
+    def _answer(self, image: RgbdImage) -> tuple[torch.Tensor, NDArray[np.bool_]]:
+        """Return maps (4, H, W) or a detector's rows (N, 6), and where in the crop (H, W) grasps may be."""
         rgb, depth, self.crop_origin = centre_crop(image, self.crop)
         if self.level == "table":
             depth = levelled(depth, self.crop)
-        return self._forward(to_input(rgb, depth, self.kind))
+        allowed = ~surroundings(depth) if self.surrounded else np.ones(depth.shape, bool)
+        (ox, oy), (height, width) = self.crop_origin, image.depth.shape
+        allowed[: max(-oy, 0)] = allowed[height - oy :] = False  # not in the padding
+        allowed[:, : max(-ox, 0)] = allowed[:, width - ox :] = False
+        return self._forward(to_input(rgb, depth, self.kind)), allowed
 
     def _forward(self, x: np.ndarray) -> torch.Tensor:
         import torch
@@ -142,3 +153,10 @@ def centre_crop(image: RgbdImage, size: int) -> tuple[np.ndarray, np.ndarray, tu
         rgb = np.pad(rgb, [*pad, (0, 0)], mode="edge")
         depth = np.pad(depth, pad)
     return rgb, depth, (ox, oy)
+
+
+def _at(allowed: NDArray[np.bool_], grasp: Grasp) -> bool:
+    """Return whether a grasp's centre is at a pixel that is allowed."""
+    row, column = int(grasp.y), int(grasp.x)
+    inside = 0 <= row < allowed.shape[0] and 0 <= column < allowed.shape[1]
+    return inside and bool(allowed[row, column])

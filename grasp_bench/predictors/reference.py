@@ -21,9 +21,11 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from grasp_bench.errors import PredictorError
 from grasp_bench.grasps import GraspPose
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.predictors.antipodes import Pair, Union, approaches, pairs
+from grasp_bench.robot.cup import SuctionCup
 from grasp_bench.robot.gripper import Gripper
 from grasp_bench.scenario.robots import with_gripper
 from grasp_bench.scenario.sections import Scenario
@@ -84,7 +86,13 @@ def _file(model: ObjectModel, index: int, gripper: Gripper) -> Path:
 
 
 def find(model: ObjectModel, index: int, gripper: Gripper) -> list[dict[str, Any]]:
-    """Work out the grasps of :func:`reference_poses`."""
+    """Work out the grasps of :func:`reference_poses`.
+
+    Raises:
+        PredictorError: for a suction cup, whose places are no pairs.
+    """
+    if isinstance(gripper, SuctionCup):
+        raise PredictorError(f"oracle-6dof knows grasps of two jaws only; {gripper.name} is a suction cup.")
     scenario = with_gripper(Scenario(name="reference"), gripper.name)
     floating = TiltingGripper(scenario, model, gripper)
     pose = model.poses[index]

@@ -1,4 +1,4 @@
-"""Success by properties of the trials, and predicted quality against success."""
+"""Success by properties of the trials, and how long they took."""
 
 from __future__ import annotations
 
@@ -7,10 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
-import numpy as np
-
 from grasp_bench.objects.catalog import Catalog
-from grasp_bench.report.reliability import Bin, binned, calibration_error, intervals
 from grasp_bench.report.summary import tally
 from grasp_bench.runs.results import RunResults
 from grasp_bench.runs.statistics import Rate
@@ -122,36 +119,6 @@ def by_category(runs: Sequence[RunResults]) -> list[Category]:
         total = Rate(sum(c.successes for c in cells if c), sum(c.trials for c in cells if c))
         rows.append(Category(name, cells, total))
     return sorted(rows, key=lambda r: (r.all.rate, -r.all.trials, r.category))
-
-
-@dataclass(frozen=True)
-class Calibration:
-    """Predicted quality of the grasps that were tried against how often they held.
-
-    Attributes:
-        bins: intervals of quality with a trial in them.
-        trials: number of trials with a grasp.
-        error: expected calibration error (Guo et al., ICML 2017: the mean over trials of
-            |quality − rate| of their bins); None where no trial has a grasp.
-        brier: mean squared difference of quality and outcome; None likewise.
-    """
-
-    bins: list[Bin]
-    trials: int
-    error: float | None
-    brier: float | None
-
-
-def calibration(run: RunResults, bins: int = 10) -> Calibration:
-    """Return the calibration of a run in ``bins`` intervals of equal width."""
-    known = [(r.grasp.quality, r.success) for r in run.records if r.grasp is not None]
-    if not known:
-        return Calibration([], 0, None, None)
-    quality, success = np.array(known, dtype=float).T
-    quality = quality.clip(0, 1)
-    index = intervals(quality, bins)
-    error, brier = calibration_error(quality, success, index), float(((quality - success) ** 2).mean())
-    return Calibration(binned(quality, success, index), len(known), error, brier)
 
 
 @dataclass(frozen=True)

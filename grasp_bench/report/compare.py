@@ -55,13 +55,17 @@ class SharedTrials:
         """Return a number for each trial of a run, which equal trials of all runs share."""
         return {record.trial: self._numbers[key] for key, record in self._trials[run].items()}
 
+    def common(self, first: int, second: int) -> list[tuple[TrialRecord, TrialRecord]]:
+        """Return the records of both runs of each trial that they share, in the first's trial order."""
+        theirs = self._trials[second]
+        return [(record, theirs[key]) for key, record in self._trials[first].items() if key in theirs]
+
     def against(self, reference: int) -> list[Versus]:
         """Compare all runs that have trials in common with the run at position ``reference``."""
-        mine, name = self._trials[reference], self._runs[reference].predictor
+        name = self._runs[reference].predictor
         compared: list[tuple[int, Comparison]] = []
-        for i, (run, theirs) in enumerate(zip(self._runs, self._trials, strict=True)):
-            pairs = [(record, theirs[key]) for key, record in mine.items() if key in theirs]
-            if pairs and i != reference:
+        for i, run in enumerate(self._runs):
+            if i != reference and (pairs := self.common(reference, i)):
                 compared.append((i, Comparison.counted(name, run.predictor, pairs)))
         counted: dict[str, tuple[int, float]] = {}
         for i, pairs in sorted(compared, key=lambda c: -c[1].trials):

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from grasp_bench.report.compare import SharedTrials
 from grasp_bench.report.tables import TextTable
 from grasp_bench.runs.info import RunInfo
 from grasp_bench.runs.margins import (
@@ -25,6 +26,7 @@ from grasp_bench.runs.margins import (
 from grasp_bench.runs.record import TrialRecord
 from grasp_bench.runs.results import RunResults
 from grasp_bench.runs.statistics import Rate, holm
+from grasp_bench.system.arrays import Floats
 
 AT = (1.0, 2.0, 5.0)
 """Multiples of the weight with a column of their own."""
@@ -124,26 +126,13 @@ def firmness(run: RunResults) -> Firmness | None:
     return Firmness.of(run.records) if graded(run.info) and len(run) else None
 
 
-def same_conditions(first: RunResults, second: RunResults) -> bool:
-    """Return whether equal trial numbers mean the same scene: scenario, seed and renderer agree."""
-
-    def conditions(run: RunResults) -> list[Any]:
-        scenario = {k: v for k, v in run.info.scenario.items() if k != "description"}
-        return [scenario, run.info.seed, run.info.renderer]
-
-    return conditions(first) == conditions(second)
-
-
 def compare_firmness(runs: Sequence[RunResults]) -> list[FirmnessPair]:
-    """Compare all graded runs of the same scenario, seed and renderer on their common trials."""
-    pairs = []
-    for i, j in combinations(range(len(runs)), 2):
-        first, second = runs[i], runs[j]
-        if not (graded(first.info) and graded(second.info) and same_conditions(first, second)):
+    """Compare all graded runs on the trials that they share, whatever number these have in each."""
+    shared, pairs = SharedTrials(runs), []
+    for i, j in combinations([i for i, run in enumerate(runs) if graded(run.info)], 2):
+        if not (common := shared.common(i, j)):
             continue
-        octaves, objects = octaves_apart(first.records, second.records)
-        if not objects:
-            continue
+        octaves, objects = octaves_apart(common)
         ratio = estimate(octaves, objects)
         p = signed_rank(octaves.tolist(), objects)
         times = Estimate(2**ratio.value, 2**ratio.low, 2**ratio.high)
@@ -152,12 +141,10 @@ def compare_firmness(runs: Sequence[RunResults]) -> list[FirmnessPair]:
     return [replace(p, adjusted=a) for p, a in zip(pairs, adjusted, strict=True)]
 
 
-def octaves_apart(first: Sequence[TrialRecord], second: Sequence[TrialRecord]) -> tuple[Any, list[str]]:
-    """Return how many doublings more the first bears in each common trial (N,), and the objects of these."""
-    other = {(r.trial, r.object): r for r in second}
-    both = [(r, other[r.trial, r.object]) for r in first if (r.trial, r.object) in other]
-    apart = [OCTAVES * (score_of(factor(a)) - score_of(factor(b))) for a, b in both]
-    return np.array(apart), [a.object for a, _ in both]
+def octaves_apart(common: Sequence[tuple[TrialRecord, TrialRecord]]) -> tuple[Floats, list[str]]:
+    """Return how many doublings more the first of each pair (N,) bears, and the objects of the pairs."""
+    apart = [OCTAVES * (score_of(factor(a)) - score_of(factor(b))) for a, b in common]
+    return np.array(apart), [a.object for a, _ in common]
 
 
 def firmness_table(rows: Sequence[tuple[str, Firmness]]) -> TextTable:

@@ -121,7 +121,7 @@ def check_firmness(new: Path, baseline: Path, least: float = 0.8, alpha: float =
                 f"{run.folder} did not measure how firmly objects are held; run it with --scenario graded."
             )
     check_same_trials(old, now)
-    octaves, objects = octaves_apart(now.records, old.records)
+    octaves, objects = octaves_apart(list(zip(now.records, old.records, strict=True)))
     low, high = bounds(octaves, objects, 1 - 2 * alpha)
     p_worse = signed_rank(octaves.tolist(), objects, worse=True)
     if 2**low > least:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from grasp_bench.report.tables import TextTable
+from grasp_bench.runs.comparison import scenes
 from grasp_bench.runs.info import RunInfo
 from grasp_bench.runs.record import TrialRecord
 from grasp_bench.runs.results import RunResults
@@ -61,12 +62,14 @@ class Merit:
     """One predictor under both protocols.
 
     Attributes:
+        runs: positions of its runs in the list.
         predictor, scenario, seed: what was tried where; the scenario is the assisted run's if there is one.
         predicted, assisted: rates of the two runs; None for one that there is not.
         pairs: of the trials of both, lost and gained by the help; None where there is one run only.
         help: what the assisted run says of the help given; None without such a run.
     """
 
+    runs: tuple[int, ...]
     predictor: str
     scenario: str
     seed: int
@@ -109,16 +112,16 @@ def merits(runs: Sequence[RunResults]) -> list[Merit]:
     object and attempt. Left out are runs of clutter, of earlier versions, and assisted ones that have no
     counterpart and whose records do not say what help was given.
     """
-    found: dict[str, dict[bool, RunResults]] = {}
-    for run in runs:
+    found: dict[str, dict[bool, int]] = {}
+    for i, run in enumerate(runs):
         if len(run) and not (run.info.cluttered or run.info.outdated):
             both = found.setdefault(_conditions(run.info), {})
             before = both.get(assisted(run.info))
-            if before is None or not (Help.of(before.records).known or not Help.of(run.records).known):
-                both[assisted(run.info)] = run
+            if before is None or (Help.of(run.records).known and not Help.of(runs[before].records).known):
+                both[assisted(run.info)] = i
     told = []
     for both in found.values():
-        helped, alone = both.get(True), both.get(False)
+        helped, alone = (runs[both[k]] if k in both else None for k in (True, False))
         given = None if helped is None else Help.of(helped.records)
         if alone is None and (given is None or not given.known):
             continue
@@ -126,6 +129,7 @@ def merits(runs: Sequence[RunResults]) -> list[Merit]:
         assert named is not None
         told.append(
             Merit(
+                tuple(sorted(both.values())),
                 named.predictor,
                 named.info.scenario_name,
                 named.info.seed,
@@ -178,8 +182,7 @@ def _conditions(info: RunInfo) -> str:
 def _pairs(alone: RunResults, helped: RunResults) -> Pairs | None:
     """Return the trials of both, lost and gained by the help; None where they have none in common."""
     first, second = (
-        {(r.object, r.trial // max(len(run.info.tried), 1)): r.success for r in run.records}
-        for run in (alone, helped)
+        {scene: record.success for scene, record in scenes(run).items()} for run in (alone, helped)
     )
     common = first.keys() & second.keys()
     lost = sum(first[k] and not second[k] for k in common)

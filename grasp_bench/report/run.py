@@ -5,13 +5,16 @@ from __future__ import annotations
 import html
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from grasp_bench.report.summary import Summary
 from grasp_bench.report.table4 import Report
 from grasp_bench.report.tables import markdown
 from grasp_bench.runs.comparison import Comparison
 from grasp_bench.runs.results import RunResults
+
+if TYPE_CHECKING:
+    from grasp_bench.report.notebook import TrialView
 
 
 class Run(RunResults):
@@ -51,6 +54,20 @@ class Run(RunResults):
         write_html([self.folder], target, self.folder, None if objects is None else Path(objects))
         return target
 
+    def show(self, trial: int, attempt: int | None = None) -> TrialView:
+        """Return a trial to be looked at: in a notebook its pictures and numbers, elsewhere text.
+
+        Args:
+            trial: its number.
+            attempt: of an episode of clutter, which attempt; the last by default.
+
+        Raises:
+            ResultsError: for a trial or an attempt that the run does not hold.
+        """
+        from grasp_bench.report.notebook import TrialView
+
+        return TrialView.of(self, trial, attempt)
+
     def compare(self, other: RunResults) -> Comparison:
         """Compare this run with ``other``, trial by trial; see :class:`Comparison`."""
         return Comparison.of(self, other)
@@ -65,7 +82,9 @@ class Run(RunResults):
         )
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows."""
+        """Return what a notebook shows: how trials ended, and the failures in small."""
+        from grasp_bench.report.notebook import failures
+
         head = f"<b>{html.escape(self.predictor)}</b> on {html.escape(self.info.scenario_label)}"
         if not len(self):
             return f"<p>{head}: no trial yet</p>"
@@ -75,5 +94,5 @@ class Run(RunResults):
         )
         return (
             f"<p>{head}: {self.lifted}</p>"
-            f"<table><tr><th>Outcome</th><th>Trials</th><th>Share</th></tr>{rows}</table>"
+            f"<table><tr><th>Outcome</th><th>Trials</th><th>Share</th></tr>{rows}</table>{failures(self)}"
         )

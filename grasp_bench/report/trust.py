@@ -20,8 +20,8 @@ from grasp_bench.runs.statistics import Rate
 from grasp_bench.system.arrays import Floats
 
 BINS = 10
-COVERAGES = (0.25, 0.5, 0.75, 0.9, 1.0)
-"""Shares of the most confident grasps that tables show."""
+COVERAGES = tuple(k / 20 for k in range(1, 21))
+"""Shares of the most confident grasps of which the rate is told."""
 DRAWS = 999
 """Outcomes drawn of a run to see what chance makes of its calibration error."""
 MOST = 20_000_000
@@ -45,6 +45,8 @@ class Calibration:
             show of a predictor that is right about itself.
         p_value: that the quality is the probability of success: share of such draws with an error as large
             (consistency resampling, J. Bröcker & L. Smith, Weather and Forecasting 22 (2007) 651–661).
+        brier: mean squared difference of quality and outcome (G. W. Brier, Monthly Weather Review 78 (1950)
+            1–3).
         coverage: success among the most confident share of grasps, by that share.
         area: mean failure rate over all coverages (area under the risk–coverage curve; El-Yaniv & Wiener,
             JMLR 11 (2010) 1605–1641).
@@ -56,6 +58,7 @@ class Calibration:
     error: float
     by_chance: float
     p_value: float
+    brier: float
     coverage: dict[float, Rate]
     area: float
 
@@ -78,6 +81,7 @@ class Calibration:
             "expected_calibration_error": self.error,
             "error_by_chance": self.by_chance,
             "p_value": self.p_value,
+            "brier": self.brier,
             "verdict": self.verdict,
             "coverage": {f"{share:g}": rate.to_json() for share, rate in self.coverage.items()},
             "risk_coverage_area": self.area,
@@ -105,6 +109,7 @@ def calibration(quality: Floats, success: Sequence[bool]) -> Calibration | None:
         error,
         float(by_chance.mean()),
         float((1 + (by_chance >= error).sum()) / (1 + draws)),
+        float(((q - y) ** 2).mean()),
         {share: _rate(y[order[: max(1, round(share * len(q)))]]) for share in COVERAGES},
         float(failed.mean()),
     )
@@ -164,7 +169,7 @@ class Trust:
         step = float((run.info.scenario.get("physics") or {}).get("timestep", 0.002))
         computing = sum(t.seconds.get(p, 0.0) for t in timings for p in COMPUTING)
         return cls(
-            calibration(np.array([q for q, _ in grasps]), [s for _, s in grasps]),
+            calibration(np.array([q for q, _ in grasps]).clip(0, 1), [s for _, s in grasps]),
             len(tries) - len(grasps),
             Picks(sum(t.success for t in tries), step * sum(t.sim_steps for t in tries), computing),
         )

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import xml.etree.ElementTree as ET
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import yaml
 from defusedxml import ElementTree as SafeTree
@@ -71,18 +71,23 @@ def folder_of(kind: str, name: str) -> Path:
     raise UnknownNameError(kind, name, shipped(kind))
 
 
+def kind_of(path: Path) -> str:
+    """Return what a part's YAML file says of its ``kind``; empty where it says nothing.
+
+    Raises:
+        AssetError: for a file that cannot be read as YAML.
+    """
+    content = _content(path)
+    return str(content.get("kind", "")) if isinstance(content, dict) else ""
+
+
 def read(path: Path, kind: type[F]) -> F:
     """Read and validate a part's YAML file.
 
     Raises:
         AssetError: in one line, naming the file, the key and what is wrong with it.
     """
-    try:
-        if path.stat().st_size > MAX_YAML:
-            raise AssetError(f"{path} is larger than {MAX_YAML // 1000} kB; it holds a few facts only.")
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
-        raise AssetError(f"{path} cannot be read as YAML ({' '.join(str(error).split())}).") from error
+    content = _content(path)
     try:
         return kind.model_validate(content)
     except ValidationError as error:
@@ -91,6 +96,15 @@ def read(path: Path, kind: type[F]) -> F:
         )
         valid = ", ".join(kind.model_fields)
         raise AssetError(f"{path}: {wrong}. Keys are {valid}; docs/robots.md explains them.") from error
+
+
+def _content(path: Path) -> Any:
+    try:
+        if path.stat().st_size > MAX_YAML:
+            raise AssetError(f"{path} is larger than {MAX_YAML // 1000} kB; it holds a few facts only.")
+        return yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
+        raise AssetError(f"{path} cannot be read as YAML ({' '.join(str(error).split())}).") from error
 
 
 def files(folder: Path) -> list[Path]:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from grasp_bench.robot.facts import digest, files, folder_of, model_file, read
-from grasp_bench.robot.gripper_file import GripperFile
+from grasp_bench.robot.facts import digest, files, model_file
+from grasp_bench.robot.gripper_file import GripperFile, SuctionFile
 from grasp_bench.system.arrays import Floats
 
 if TYPE_CHECKING:
@@ -42,7 +41,7 @@ class Gripper:
 
     name: str
     folder: Path
-    facts: GripperFile
+    facts: GripperFile | SuctionFile
     scope: str = "gripper"
 
     @property
@@ -60,7 +59,13 @@ class Gripper:
         from grasp_bench.robot.gripper_shape import measure
 
         files(self.folder)
-        return measure(model_file(self.folder, self.facts.model), self.facts)
+        return measure(model_file(self.folder, self.facts.model), self.jaws)
+
+    @property
+    def jaws(self) -> GripperFile:
+        """The content of its ``gripper.yaml``."""
+        assert isinstance(self.facts, GripperFile)
+        return self.facts
 
     @cached_property
     def digest(self) -> str:
@@ -125,7 +130,7 @@ class Gripper:
     @property
     def force(self) -> tuple[float, float]:
         """Least and greatest force of each pad [N]."""
-        return self.facts.force
+        return self.jaws.force
 
     @property
     def speed(self) -> float:
@@ -166,9 +171,18 @@ class Gripper:
         """Return the force range of the actuator, lower and upper [N], for ``force`` newtons of each pad."""
         return [-self.force_ratio * force, self.force_ratio * force]
 
+    def pad_friction(self, friction: float, torsional: float) -> list[float]:
+        """Return sliding, torsional and rolling friction of the pads' contacts.
+
+        Args:
+            friction: coefficient of sliding friction.
+            torsional: that of turning about the contact's normal [m].
+        """
+        return [friction, torsional, 1e-4]
+
     def command(self, position: P) -> P:
         """Return the actuator's command for a finger's position [m], below 0 to squeeze."""
-        commands = self.facts.commands
+        commands = self.jaws.commands
         slope = (commands.open - commands.closed) / self.shape.stroke
         return commands.closed + slope * position
 
@@ -179,16 +193,3 @@ class Gripper:
     def positions(self, joints: Floats) -> Floats:
         """Return the fingers' positions (2,) [m] from those of their joints (2,)."""
         return (joints - np.array(self.shape.closed)) / np.array(self.shape.slopes)
-
-
-@lru_cache
-def load_gripper(name: str) -> Gripper:
-    """Load a gripper: a shipped one by name, or anyone's by the path of its folder.
-
-    Raises:
-        UnknownNameError: for a name that is neither.
-        AssetError: for a folder or a file that is not one of a gripper.
-    """
-    folder = folder_of("gripper", name)
-    facts = read(folder / "gripper.yaml", GripperFile)
-    return Gripper(name, folder, facts)

@@ -10,13 +10,12 @@ import numpy as np
 
 from grasp_bench.errors import AssetError
 from grasp_bench.robot.gripper_file import GripperFile
+from grasp_bench.robot.parts import compiled, find, metres, tcp_place
 from grasp_bench.robot.solids import extent, solids, subtree
 from grasp_bench.system.arrays import Floats
 
 GAP = 0.002
 """Pads that are further apart when closed do not close [m]."""
-OFF_AXIS = 1e-4
-"""How far the TCP may be beside the flange's axis [m], and the pads' middle beside the TCP's plane."""
 TIPS = 0.005
 """How far the TCP may be from the ends of the finger tips along the approach [m]."""
 
@@ -64,25 +63,13 @@ def measure(path: Path, facts: GripperFile) -> GripperShape:
     Raises:
         AssetError: in one line, for a part that is not found or does not work as a parallel gripper.
     """
-    try:
-        model = mujoco.MjModel.from_xml_path(str(path))
-    except ValueError as error:
-        raise AssetError(f"{path} is refused by MuJoCo: {' '.join(str(error).split())}") from error
+    model = compiled(path)
     data = mujoco.MjData(model)
-
-    def find(kind: str, table: mujoco.mjtObj, count: int, name: str) -> int:
-        found = mujoco.mj_name2id(model, table, name)
-        if found < 0:
-            names = [n for i in range(count) if (n := mujoco.mj_id2name(model, table, i))]
-            valid = ", ".join(names[:20]) or "none with a name"
-            raise AssetError(f"{path} has no {kind} {name!r}; it has {valid}.")
-        return found
-
     objects = mujoco.mjtObj
-    bodies = [find("body", objects.mjOBJ_BODY, model.nbody, n) for n in (*facts.fingers, facts.palm)]
-    pads = [find("geom (pad)", objects.mjOBJ_GEOM, model.ngeom, n) for n in facts.pads]
-    actuator = find("actuator", objects.mjOBJ_ACTUATOR, model.nu, facts.actuator)
-    tcp = find("site (TCP)", objects.mjOBJ_SITE, model.nsite, facts.tcp)
+    bodies = [find(model, path, "body", objects.mjOBJ_BODY, n) for n in (*facts.fingers, facts.palm)]
+    pads = [find(model, path, "geom (pad)", objects.mjOBJ_GEOM, n) for n in facts.pads]
+    actuator = find(model, path, "actuator", objects.mjOBJ_ACTUATOR, facts.actuator)
+    tcp = find(model, path, "site (TCP)", objects.mjOBJ_SITE, facts.tcp)
     joints = [_slide_of(model, path, body) for body in bodies[:2]]
     for pad, body in zip(pads, bodies[:2], strict=True):
         if int(model.geom_bodyid[pad]) not in subtree(model, body):
@@ -121,19 +108,14 @@ def measure(path: Path, facts: GripperFile) -> GripperShape:
     slopes = np.where(np.abs(slopes - 1) < 1e-6, 1.0, slopes)
     gap(closed)
 
-    at = data.site_xpos[tcp]
-    if max(abs(at[0]), abs(at[1])) > OFF_AXIS or np.abs(data.site_xmat[tcp] - np.eye(3).ravel()).max() > 1e-4:
-        raise AssetError(
-            f"{path}: the TCP {facts.tcp!r} must lie on the flange's z axis with the same axes; it is at "
-            f"({1000 * at[0]:.1f}, {1000 * at[1]:.1f}, {1000 * at[2]:.1f}) mm."
-        )
+    depth = tcp_place(model, data, path, tcp)
     fingers = [solids(model, subtree(model, body)) for body in bodies[:2]]
     both = [g for finger in fingers for g in finger]
     tips = float(_boxes(extent(model, data, both))[1, 2])
-    if abs(tips - at[2]) > TIPS:
+    if abs(tips - depth) > TIPS:
         raise AssetError(
             f"{path}: the TCP {facts.tcp!r} must lie at the ends of the finger tips, {1000 * tips:.1f} mm "
-            f"from the flange; it is at {1000 * at[2]:.1f} mm."
+            f"from the flange; it is at {1000 * depth:.1f} mm."
         )
     hand = solids(model, [bodies[2]])
     if not hand:
@@ -161,17 +143,17 @@ def measure(path: Path, facts: GripperFile) -> GripperShape:
         abs(commands.open - commands.closed) / travel * facts.squeeze * model.actuator_gainprm[actuator, 0]
     )
     return GripperShape(
-        stroke=_um(travel),
-        finger_thickness=_um(np.ptp(left, axis=0)[0]),
-        finger_width=_um(width),
-        finger_length=_um(tips - underside),
-        pad=tuple(_um(v) for v in np.ptp(pad[0], axis=0)),  # type: ignore[arg-type]
-        palm=(_um(palm[0]), _um(palm[1])),
-        flange_to_tcp=_um(at[2]),
+        stroke=metres(travel),
+        finger_thickness=metres(np.ptp(left, axis=0)[0]),
+        finger_width=metres(width),
+        finger_length=metres(tips - underside),
+        pad=tuple(metres(v) for v in np.ptp(pad[0], axis=0)),  # type: ignore[arg-type]
+        palm=(metres(palm[0]), metres(palm[1])),
+        flange_to_tcp=metres(depth),
         force_ratio=round(ratio, 6),
         mass=round(float(model.body_mass.sum()), 6),
         joints=(model.joint(joints[0]).name, model.joint(joints[1]).name),
-        closed=(_um(closed[0]), _um(closed[1])),
+        closed=(metres(closed[0]), metres(closed[1])),
         slopes=(float(slopes[0]), float(slopes[1])),
         strongest=float(pressing / ratio),
     )
@@ -190,7 +172,3 @@ def _slide_of(model: mujoco.MjModel, path: Path, body: int) -> int:
 def _boxes(box: Floats | None) -> Floats:
     assert box is not None
     return box
-
-
-def _um(metres: float) -> float:
-    return round(float(metres), 6) + 0.0

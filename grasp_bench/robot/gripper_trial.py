@@ -8,10 +8,14 @@ import mujoco
 import numpy as np
 
 from grasp_bench.errors import AssetError
+from grasp_bench.robot.cup import SuctionCup
 from grasp_bench.robot.facts import model_file
 from grasp_bench.robot.gripper import Gripper
 
 SECONDS = 3.0
+PLATE = (0.03, 0.03, 0.005)
+"""Half the sizes of what a cup must hold [m]."""
+G = 9.81
 OFF = 0.001
 """How far from where it was commanded to a finger may end [m]."""
 
@@ -24,12 +28,39 @@ class Moved:
     closed: float
 
 
+def hold_plate(cup: SuctionCup) -> None:
+    """Let a plate of half the weight that the cup's force bears hang at it, and switch the vacuum off.
+
+    Raises:
+        AssetError: where it does not hang, or hangs without vacuum.
+    """
+    weight = cup.force[1] / 2
+    for on in (True, False):
+        spec = mujoco.MjSpec.from_file(str(model_file(cup.folder, cup.facts.model)))
+        plate = spec.worldbody.add_body(name="grasp_bench_plate", pos=[0, 0, cup.flange_to_tcp + PLATE[2]])
+        plate.add_freejoint()
+        plate.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=PLATE, mass=weight / G)
+        model = spec.compile()
+        model.opt.gravity[:] = 0, 0, G  # z is the approach
+        model.actuator_forcerange[model.actuator(cup.actuator).id] = cup.actuator_range(cup.force[1])
+        data = mujoco.MjData(model)
+        data.ctrl[model.actuator(cup.actuator).id] = cup.command(-1.0 if on else 1.0)
+        mujoco.mj_step(model, data, round(1.0 / model.opt.timestep))
+        hangs = data.body("grasp_bench_plate").xpos[2] < cup.flange_to_tcp + PLATE[2] + 0.005
+        if hangs != on:
+            what = "does not hold" if on else "holds without vacuum"
+            raise AssetError(f"{cup.path}: the cup {what} a plate of {weight:.1f} N, half of what it should.")
+
+
 def try_out(gripper: Gripper) -> Moved:
-    """Open and close a gripper in weightlessness.
+    """Open and close a gripper in weightlessness; let a plate hang at a suction cup.
 
     Raises:
         AssetError: where the fingers do not get to where the file says, or the actuator is too weak.
     """
+    if isinstance(gripper, SuctionCup):
+        hold_plate(gripper)
+        return Moved(0.0, 0.0)
     shape = gripper.shape
     if shape.strongest < gripper.force[1]:
         raise AssetError(

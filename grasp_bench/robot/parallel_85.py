@@ -5,7 +5,7 @@ Its dimensions are drawn in :mod:`grasp_bench.workshop.gripper_meshes`.
 
 from __future__ import annotations
 
-from grasp_bench.robot.gripper import load_gripper
+from grasp_bench.robot.grippers import load_gripper
 
 PARALLEL_85 = load_gripper("parallel-85")
 """The benchmark's reference gripper."""

@@ -8,7 +8,8 @@ from pathlib import Path
 from grasp_bench.robot.arm import Arm, load_arm
 from grasp_bench.robot.ec66 import EC66
 from grasp_bench.robot.facts import digest, files
-from grasp_bench.robot.gripper import Gripper, load_gripper
+from grasp_bench.robot.gripper import Gripper
+from grasp_bench.robot.grippers import load_gripper
 from grasp_bench.robot.parallel_85 import PARALLEL_85
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from grasp_bench.robot.gripper import load_gripper
+from grasp_bench.robot.grippers import load_gripper
 from grasp_bench.scenario.reading import parse_scenario
 from grasp_bench.scenario.sections import Scenario
 

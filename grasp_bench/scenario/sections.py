@@ -13,7 +13,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from grasp_bench.camera import CameraPose, Intrinsics
 from grasp_bench.errors import GraspBenchError
-from grasp_bench.robot.gripper import load_gripper
+from grasp_bench.robot.grippers import load_gripper
 from grasp_bench.robot.robot import Robot as LoadedRobot
 from grasp_bench.robot.robot import load_robot
 from grasp_bench.scenario.fields import Fraction, NonNegative, Positive, Section, Vector

@@ -104,7 +104,7 @@ def compile_floating(
     hand = mujoco.MjSpec.from_file(str(gripper.path))
     set_gripper(
         gripper,
-        [hand.geom(name) for name in gripper.pads],
+        [hand.geom(name) for name in dict.fromkeys(gripper.pads)],
         hand.actuator(gripper.actuator),
         scenario,
         max((o.friction for o in objects), default=1.0),
@@ -208,30 +208,22 @@ class FloatingGripper:
             opening: distance between the pads before closing [m].
             routine: how fast and how far.
         """
+        self.restore(state)
         height = tip[2] + self.gripper.flange_to_tcp
-        if not self.appear(state, [tip[0], tip[1], height, yaw], opening):
-            return Attempt(False, "collision")
-        return self.close_and_lift(opening, routine)
+        return self.grasp(np.array([*tip[:2], height, yaw]), opening, routine)
 
-    def appear(self, state: tuple[Floats, Floats], carrier: Any, opening: float) -> bool:
-        """Appear open at ``carrier`` (4,) in a saved state, and return whether nothing is in the way."""
+    def restore(self, state: tuple[Floats, Floats]) -> None:
+        """Put everything as it was saved by :meth:`state`."""
         mujoco.mj_resetData(self.model, self.data)
         self.data.qpos[:], self.data.qvel[:] = state
-        self.put(carrier, opening)
-        mujoco.mj_forward(self.model, self.data)
-        return not self.penetrates()
 
-    def close_and_lift(self, opening: float, routine: Routine = REFERENCE) -> Attempt:
-        """Try the grasp where the open gripper is: close, lift and shake."""
-        model, data = self.model, self.data
-        height = float(data.ctrl[self.carrier_u[2]])
+    def grasp(self, carrier: Floats, opening: float, routine: Routine = REFERENCE) -> Attempt:
+        """Appear open at ``carrier`` (4,) [m, rad], close, lift and shake."""
+        model, data, height = self.model, self.data, float(carrier[2])
         dt = model.opt.timestep
-        squeeze = -self.scenario.gripper.squeeze
         chunk = 5
-        for jaw in np.arange(opening / 2, squeeze, -routine.closing_speed * dt * chunk):
-            data.ctrl[self.jaw] = self.gripper.command(float(jaw))
-            mujoco.mj_step(model, data, chunk)
-        data.ctrl[self.jaw] = self.gripper.command(squeeze)
+        if fault := self.take(carrier, opening, routine):
+            return Attempt(False, fault)
         mujoco.mj_step(model, data, int(routine.pause / dt))
         grip = self.held()
         if grip is None:
@@ -255,6 +247,22 @@ class FloatingGripper:
             return Attempt(False, "unstable")
         slide = float(np.linalg.norm(self._relative(grip) - start))
         return Attempt(self.held() == grip, "held" if self.held() == grip else "slipped", slide)
+
+    def take(self, carrier: Floats, opening: float, routine: Routine) -> str:
+        """Appear at ``carrier`` (4,) [m, rad], jaws ``opening`` apart [m], and close; say what hindered it,
+        if anything."""
+        self.put(carrier, opening)
+        mujoco.mj_forward(self.model, self.data)
+        if self.penetrates():
+            return "collision"
+        squeeze = -self.scenario.gripper.squeeze
+        chunk = 5
+        step = routine.closing_speed * self.model.opt.timestep * chunk
+        for jaw in np.arange(opening / 2, squeeze, -step):
+            self.data.ctrl[self.jaw] = self.gripper.command(float(jaw))
+            mujoco.mj_step(self.model, self.data, chunk)
+        self.data.ctrl[self.jaw] = self.gripper.command(squeeze)
+        return ""
 
     def penetrates(self, depth: float = 5e-4) -> bool:
         """Return whether the gripper is more than ``depth`` inside something [m]."""

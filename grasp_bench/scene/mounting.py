@@ -15,7 +15,7 @@ def load_robot(robot: Robot, scenario: Scenario, friction: float) -> Any:
     """Load the arm with its gripper at the flange, pads set to the object's ``friction``."""
     arm, gripper = load_part(robot.arm.path), load_part(robot.gripper.path)
     arm.model, gripper.model = robot.arm.scope, robot.gripper.scope
-    pads = [gripper.find("geom", name) for name in robot.gripper.pads]
+    pads = [gripper.find("geom", name) for name in dict.fromkeys(robot.gripper.pads)]
     actuator = gripper.find("actuator", robot.gripper.actuator)
     set_gripper(robot.gripper, pads, actuator, scenario, friction)
     arm.find("site", robot.arm.flange).attach(gripper)
@@ -50,5 +50,7 @@ def set_gripper(
         if stiffness != 1:  # a contact's stiffness goes with 1 / time constant² (MuJoCo, “Solver parameters”)
             time, damping = pad.dclass.geom.solref if pad.solref is None else pad.solref
             pad.solref = [time / math.sqrt(stiffness), damping]
-        pad.friction = [friction * scenario.gripper.friction_scale, scenario.gripper.torsional_friction, 1e-4]
+        pad.friction = gripper.pad_friction(
+            friction * scenario.gripper.friction_scale, scenario.gripper.torsional_friction
+        )
     actuator.forcerange = gripper.actuator_range(scenario.gripper.force)

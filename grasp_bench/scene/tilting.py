@@ -38,14 +38,20 @@ class TiltingGripper(FloatingGripper):
 
     def reaches(self, state: tuple[Floats, Floats], pose: GraspPose, back: float = 0.0) -> bool:
         """Return whether nothing is in the open gripper's way where it is ``back`` metres before ``pose``."""
-        self.tilt(pose.rotation)
-        flange = pose.position - (self.gripper.flange_to_tcp + back) * pose.approach
-        return self.appear(state, [*flange, 0.0], pose.opening)
+        self.restore(state)
+        self.put(self._carrier(pose, back), pose.opening)
+        mujoco.mj_forward(self.model, self.data)
+        return not self.penetrates()
 
     def attempt_pose(
         self, state: tuple[Floats, Floats], pose: GraspPose, routine: Routine = REFERENCE
     ) -> Attempt:
         """Try a grasp from a saved state: appear open at ``pose`` in the world, close, lift and shake."""
-        if not self.reaches(state, pose):
-            return Attempt(False, "collision")
-        return self.close_and_lift(pose.opening, routine)
+        self.restore(state)
+        return self.grasp(self._carrier(pose), pose.opening, routine)
+
+    def _carrier(self, pose: GraspPose, back: float = 0.0) -> Floats:
+        """Turn the wrist as a pose wants it, and return where the carrier must be (4,)."""
+        self.tilt(pose.rotation)
+        flange = pose.position - (self.gripper.flange_to_tcp + back) * pose.approach
+        return np.array([*flange, 0.0])

@@ -11,12 +11,14 @@ import numpy as np
 from mujoco.rollout import rollout
 
 from grasp_bench.grasps import GraspPose
+from grasp_bench.robot.cup import SuctionCup
 from grasp_bench.robot.robot import Robot
 from grasp_bench.robot.solids import subtree
 from grasp_bench.robot.trajectory import Trajectory
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import GROUND, OBJECT
 from grasp_bench.scene.contacts import touching
+from grasp_bench.scene.sealing import Sealing
 from grasp_bench.system.arrays import Floats
 
 _STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
@@ -104,6 +106,7 @@ class World:
         self._is_palm = np.array([n.startswith(hand) for n in names]) & ~(self._is_left | self._is_right)
         self._is_robot = np.array([n.startswith(arm) for n in names])
         self._is_table = np.array([model.geom(i).name == GROUND for i in range(model.ngeom)])
+        self._sealing = Sealing(model, gripper, hand) if isinstance(gripper, SuctionCup) else None
         self.steps = 0
         self.observer: Callable[[World], None] | None = None
         """Called after every sample of a motion: for films and logs, never to act."""
@@ -133,9 +136,10 @@ class World:
         self._object_q, self._object_v = self._places[which], self._speeds[which]
         self._is_object = self.model.geom_bodyid == self.object_body
         if self._friction is not None:  # sliding friction of a pair is that of the pads, which have priority
-            self.model.geom_friction[self.pads, 0] = (
-                self._friction[which] * self.scenario.gripper.friction_scale
-            )
+            sliding = self._friction[which] * self.scenario.gripper.friction_scale
+            self.model.geom_friction[self.pads, 0] = sliding
+            if self._sealing is not None:
+                self.model.geom_friction[self.pads] = self.robot.gripper.pad_friction(sliding, 0.0)
 
     def aim_at_held(self) -> None:
         """Make the object that both fingers hold the target; the old one stays where there is none."""
@@ -290,6 +294,10 @@ class World:
         """(N,) velocities of the arm's joints [rad/s]."""
         return self.data.qvel[self._arm_v].copy()
 
+    def seal_fault(self) -> str:
+        """Say why a suction cup does not seal on any object; empty where it does, and for fingers."""
+        return "" if self._sealing is None else self._sealing.fault(self.data, self.bodies)
+
     def touch(self) -> Touch:
         """Return what the object touches now, and how hard."""
         force = np.zeros(6)
@@ -301,10 +309,9 @@ class World:
             mujoco.mj_contactForce(self.model, self.data, int(i), force)
             if force[0] <= 0:
                 continue
-            if self._is_left[other]:
-                left += force[0]
-            elif self._is_right[other]:
-                right += force[0]
+            if self._is_left[other] or self._is_right[other]:  # a cup is both
+                left += force[0] * self._is_left[other]
+                right += force[0] * self._is_right[other]
             elif self._is_any_object[other]:
                 if self.rise(self.bodies.index(self.model.geom_bodyid[other])) < self.rise() / 2:
                     elsewhere.add("another object")  # one that was lifted with it does not count

@@ -105,6 +105,8 @@ class _Phases:
 
     def close(self) -> Verdict | None:
         world, gripper, q = self.world, self.scenario.gripper, self.plan.approach.end
+        if fault := world.seal_fault():
+            return Outcome.MISSED, fault
         closing = np.arange(self.open_at, -gripper.squeeze, -gripper.closing_speed * self.period)
         world.follow(still(q, len(closing) * self.period, self.period, len(closing)), closing)
         world.follow(still(q, gripper.settle_time, self.period), self.squeeze)

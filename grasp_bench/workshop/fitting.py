@@ -13,10 +13,12 @@ from pebble import ProcessPool
 
 from grasp_bench.objects.catalog import Catalog, ObjectModel
 from grasp_bench.objects.fitted import fit_file, fitted, write_fit
-from grasp_bench.robot.gripper import Gripper, load_gripper
+from grasp_bench.robot.gripper import Gripper
+from grasp_bench.robot.grippers import load_gripper
 from grasp_bench.scenario.robots import with_gripper
 from grasp_bench.scenario.sections import Scenario
-from grasp_bench.scene.floating import FloatingGripper, compile_floating
+from grasp_bench.scene.floating import compile_floating
+from grasp_bench.scene.floating_cup import floating as floating_of
 from grasp_bench.system.spawning import SpawnContext
 from grasp_bench.workshop.poses import reference_grasps
 
@@ -33,7 +35,7 @@ def fit(model: ObjectModel, gripper: Gripper) -> list[dict[str, Any]]:
     just fit between the jaws are no grasp of that gripper.
     """
     scenario = with_gripper(Scenario(name="reference"), gripper.name)
-    floating = FloatingGripper(compile_floating(scenario, [model], gripper), scenario, 1, gripper)
+    floating = floating_of(compile_floating(scenario, [model], gripper), scenario, 1, gripper)
     q = floating.object_q[0]
     poses = []
     for pose in model.poses:

@@ -10,7 +10,8 @@ import numpy as np
 import yaml
 
 from grasp_bench.errors import AssetError
-from grasp_bench.robot.gripper import Gripper, load_gripper
+from grasp_bench.robot.gripper import Gripper
+from grasp_bench.robot.grippers import load_gripper
 from grasp_bench.robot.solids import extent, solids, subtree
 from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.own_model import fix_inertia, name_all, read_model, strip, write_model

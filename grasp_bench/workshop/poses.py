@@ -19,9 +19,10 @@ import trimesh
 from numpy.typing import NDArray
 
 from grasp_bench.objects.catalog import load_details
-from grasp_bench.planning import heightfield
+from grasp_bench.planning import heightfield, suction
 from grasp_bench.planning.depth import SIDE_CLEARANCE
 from grasp_bench.planning.heightfield import CELL, HeightField
+from grasp_bench.robot.cup import SuctionCup
 from grasp_bench.robot.gripper import Gripper
 from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.scenario.sections import Scenario
@@ -139,7 +140,9 @@ def reference_grasps(
         (position[0], position[1]),
         groups=SOLID_GROUPS,
     )
-    found = heightfield.analyse(field, gripper=gripper.gripper)
+    hand = gripper.gripper
+    cup = isinstance(hand, SuctionCup)
+    found = suction.analyse(field, hand) if cup else heightfield.analyse(field, gripper=hand)
     state = gripper.state()
     kept = []
     tried = 0
@@ -148,7 +151,8 @@ def reference_grasps(
             [field.origin[0] + column * CELL, field.origin[1] + row * CELL, found.tip[row, column]]
         )
         yaw, opening = float(found.yaw[row, column]), float(found.opening[row, column])
-        if tried == TRIED or (seen and not opens_visibly(field, tip, yaw, opening, gripper.gripper)):
+        hidden = seen and not cup and not opens_visibly(field, tip, yaw, opening, hand)
+        if tried == TRIED or hidden:
             continue
         tried += 1
         attempt = gripper.attempt(state, tip, yaw, opening)
@@ -167,7 +171,9 @@ def reference_grasps(
             if len(kept) == KEPT:
                 break
     kept.sort(key=lambda g: -g["score"])
-    return [g for g in kept if has_room(g, field, position, rotation, gripper.gripper)] or kept
+    if cup:
+        return kept
+    return [g for g in kept if has_room(g, field, position, rotation, hand)] or kept
 
 
 def has_room(

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from grasp_bench.system.paths import assets_dir
 from grasp_bench.workshop.arm_models import PANDA, UR5E, arm_mjcf
+from grasp_bench.workshop.cup_models import suction_mjcf
 from grasp_bench.workshop.jaw_models import GRIPPERS, gripper_mjcf
 
 
@@ -17,6 +18,7 @@ def write_models(folder: Path) -> list[Path]:
     """Write all models below the assets ``folder``, and return their paths."""
     texts = {folder / "arms" / c.name / "arm.xml": arm_mjcf(c) for c in (UR5E, PANDA)}
     texts |= {folder / "grippers" / j.name / "gripper.xml": gripper_mjcf(j) for j in GRIPPERS}
+    texts[folder / "grippers" / "suction-20" / "gripper.xml"] = suction_mjcf("suction-20")
     for path, text in texts.items():
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)

@@ -21,6 +21,7 @@ from grasp_bench.doctor.physics.penetration import penetration
 from grasp_bench.doctor.physics.reference import Watched, halved, loads, time_step, watch
 from grasp_bench.doctor.physics.rig import Rig, block, threshold
 from grasp_bench.doctor.physics.slip import slip
+from grasp_bench.doctor.physics.suction import suction
 from grasp_bench.doctor.physics.torsion import collapse, torsion
 from grasp_bench.doctor.physics.tracking import tracking
 from grasp_bench.robot.ec66 import EC66
@@ -41,6 +42,12 @@ def test_physics_agrees_with_the_closed_form(test: Any, table4: Scenario) -> Non
 
 def test_a_held_box_does_not_creep(table4: Scenario) -> None:
     assert all(c.passed for c in creep(table4, 6.0))
+
+
+def test_a_suction_cup_agrees_with_statics(table4: Scenario) -> None:
+    cup = with_gripper(table4, "suction-20")
+    checks = [*suction(cup), *creep(cup, 6.0), *jacobian(cup)]
+    assert not [f"{c.name}: {c.measured:.4g} {c.unit}, not {c.expected:.4g}" for c in checks if not c.passed]
 
 
 def test_without_its_solver_settings_it_would(table4: Scenario) -> None:

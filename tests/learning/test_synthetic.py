@@ -21,6 +21,7 @@ from grasp_bench.learning.data import generate, random_solids, synthetic
 from grasp_bench.learning.data.candidates import SOURCES
 from grasp_bench.learning.data.random_shapes import RandomObject, assemble, random_object
 from grasp_bench.learning.data.scenes import DEPTH_UNIT, load_scenes
+from grasp_bench.learning.data.stages.plain import plain_shot
 from grasp_bench.learning.data.synthetic import SynthConfig, make_scene, record
 from grasp_bench.planning.depth import grasp_pose
 from grasp_bench.planning.seen import SeenScene
@@ -114,7 +115,9 @@ def on_table(
     q = gripper.object_q[0]
     gripper.data.qpos[q : q + 3] = x, y, 0.0005 - min(h[:, 2].min() for h in model.hulls)
     assert gripper.settle(1.0)
-    return record(gripper, [model], SynthConfig(tries=tries), np.random.default_rng(0))
+    rng = np.random.default_rng(0)
+    shot = plain_shot(gripper.scenario, gripper.model, gripper.data, 320, rng)
+    return record(gripper, [model], SynthConfig(tries=tries), rng, shot)
 
 
 @pytest.mark.parametrize("roll", [0.0, 20.0])

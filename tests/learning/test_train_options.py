@@ -20,6 +20,7 @@ from grasp_bench.errors import AssetError
 from grasp_bench.learning.data.scenes import SceneSet, load_scenes
 from grasp_bench.learning.training.card import model_card, provenance, training_command
 from grasp_bench.learning.training.config import TrainConfig
+from grasp_bench.learning.training.course import Course
 from grasp_bench.learning.training.loop import CHECKPOINT, Trained, train
 from grasp_bench.learning.training.sources import Source
 from grasp_bench.learning.training.validate import Accuracy
@@ -35,6 +36,10 @@ counts = st.integers(1, 10**6)
 VALUES: dict[str, st.SearchStrategy[Any]] = {
     "network": st.sampled_from(["htc-grasp", "gr-convnet-16"]),
     "steps": counts,
+    "until_flat": st.booleans(),
+    "patience": counts,
+    "max_minutes": st.none() | positive,
+    "held_out": st.none() | st.integers(0, 10**6),
     "batch": counts,
     "lr": positive,
     "seed": st.integers(0, 2**40),
@@ -53,6 +58,7 @@ VALUES: dict[str, st.SearchStrategy[Any]] = {
     "threads": st.integers(0, 99),
     "checkpoint_every": counts,
     "validate_every": counts,
+    "validate_scenes": st.integers(0, 10**6),
     "log_every": counts,
     "init": st.sampled_from([None, WEIGHTS]),
     "input": st.sampled_from([None, "rgbd"]),
@@ -109,6 +115,7 @@ def test_the_command_on_the_card_makes_the_same_settings(chosen: dict[str, Any],
 @pytest.mark.parametrize("name", [n for n in VALUES if n != "network"])
 def test_each_setting_is_reached_alone(name: str, begun: str) -> None:
     others: dict[str, Any] = {
+        "until_flat": True,
         "cosine": False,
         "masked": False,
         "augment": False,
@@ -140,7 +147,9 @@ def test_the_papers_recipe_can_be_typed() -> None:
 def test_card_shows_command_and_settings(begun: str, folder: Path) -> None:  # noqa: F811
     config = TrainConfig(network="gg-cnn", masked=False, holdout="2/5", split="image", init=begun)
     scenes = SceneSet([], [], "0123")
-    facts = provenance(Trained(build("gg-cnn"), Accuracy()), config, scenes, [Source(folder, 1.5)])
+    facts = provenance(
+        Trained(build("gg-cnn"), Accuracy(), Course(config)), config, scenes, [Source(folder, 1.5)]
+    )
     commands = facts["commands"].splitlines()
     assert commands[1] == f"# {WEIGHTS}: the weights whose SHA-256 begins with {begun.split()[-1]}"
     assert read(commands[-1])[0] == config

@@ -34,6 +34,7 @@ from grasp_bench.learning.training.step import Learner, choose_device
 from grasp_bench.learning.training.validate import is_hit, validate
 from grasp_bench.networks.encoding import WIDTH_SCALE, targets_from_maps
 from grasp_bench.networks.registry import build, info
+from grasp_bench.networks.store import WeightsFile
 from grasp_bench.networks.weights import load, save
 from grasp_bench.predictors.names import load_predictor
 
@@ -383,6 +384,24 @@ def test_damaged_index_is_named_with_its_line(line: str, tmp_path: Path) -> None
         load_scenes([tmp_path])
 
 
+def test_many_scenes_are_read_when_needed(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    held = load_scenes([folder])
+    monkeypatch.setattr("grasp_bench.learning.data.scenes.IN_MEMORY", 7)
+    stored = load_scenes([folder])
+    assert isinstance(held.train, list)
+    assert not isinstance(stored.train, list)
+    assert (len(stored.train), len(stored.val)) == (6, 2)
+    assert stored.fingerprint == held.fingerprint
+    for a, b in zip([*held.train, *held.val], [*stored.train, *stored.val], strict=True):
+        assert a.name == b.name
+        np.testing.assert_array_equal(a.depth, b.depth)
+    (tmp_path / "index.jsonl").write_text((folder / "index.jsonl").read_text())
+    with pytest.raises(AssetError, match="is missing"):
+        load_scenes([tmp_path])
+
+
 def test_no_data_at_all(tmp_path: Path) -> None:
     with pytest.raises(AssetError, match=r"index\.jsonl"):
         load_scenes([tmp_path / "nowhere"])
@@ -403,7 +422,7 @@ def test_training_lowers_the_loss(folder: Path, tmp_path: Path) -> None:
     assert np.mean(losses[-3:]) < 0.7 * np.mean(losses[:3])
     assert trained.accuracy.scenes == 2
     assert not trained.network.training
-    assert json.loads((tmp_path / "log.jsonl").read_text().splitlines()[-1])["scenes"] == 2
+    assert json.loads((tmp_path / "log.jsonl").read_text().splitlines()[-2])["scenes"] == 2
 
 
 class Killed(Exception):  # noqa: N818
@@ -480,7 +499,7 @@ def test_a_step_waits_for_no_device(network: str) -> None:
     inputs, targets = torch.randn(2, info(network).channels, 64, 64), torch.rand(2, 4, 64, 64)
     before = [p.clone() for p in learner.final.parameters()]
     with NothingRead():
-        parts = learner.step(0, inputs, targets)
+        parts = learner.step(0, inputs, targets, 1e-3)
     assert set(parts) == {"loss", "quality", "sin", "cos", "width", "gradient_norm"}
     assert any(not torch.equal(a, b) for a, b in zip(before, learner.final.parameters(), strict=True))
 
@@ -525,6 +544,10 @@ def test_command_trains_and_writes_weights(folder: Path, tmp_path: Path) -> None
     assert "rectangle metric" in result.output
     assert "# gg-cnn" in (tmp_path / "gg-cnn.md").read_text()
     assert (tmp_path / "gg-cnn.safetensors").is_file()
+    facts = json.loads((tmp_path / "training.json").read_text())
+    assert facts == WeightsFile(tmp_path / "gg-cnn.safetensors").metadata()
+    assert (facts["steps"], facts["ended"], facts["curve"][0]["step"]) == (1, "steps", 1)
+    assert facts["flops"] > 6 * 62_420 * 56**2
 
 
 def test_a_detector_is_trained_evaluated_and_asked(folder: Path, tmp_path: Path) -> None:

@@ -333,7 +333,12 @@ def test_a_trunk_begins_a_detector() -> None:
     both = Kumra(4, blocks=(1, 1, 1, 1))
     assert begin_with_trunk(both, dense.state_dict()) == 2 * len(dense.trunk.state_dict())
     other = FCGN(inputs=1, blocks=(1, 1, 1))
-    assert begin_with_trunk(other, dense.state_dict()) == len(dense.trunk.state_dict()) - 1
+    stem = len(dense.trunk.stem.state_dict())
+    assert begin_with_trunk(other, dense.state_dict()) == len(dense.trunk.state_dict()) - stem
+    deeper = FCGN(blocks=(1, 1, 3))
+    assert begin_with_trunk(deeper, dense.state_dict()) == len(dense.trunk.state_dict())
+    basic = nn.ModuleList([Trunk(3, (1, 1, 1), basic=True)])
+    assert begin_with_trunk(basic, dense.state_dict()) == stem, "blocks of another kind stay as they are"
 
 
 def test_strides_of_a_trunk() -> None:

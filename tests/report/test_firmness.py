@@ -106,3 +106,15 @@ def test_a_graded_run_may_stop_early(tmp_path: Path) -> None:
     found = firmness(RunResults(folder))
     assert isinstance(found, Firmness)
     assert found.trials == 1
+
+
+def test_trials_are_paired_by_what_was_tried_not_by_their_numbers(tmp_path: Path) -> None:
+    few = {name: OBJECTS[name] for name in reversed(OBJECTS) if int(name[-2:]) >= 30}
+    runs = [
+        RunResults(graded(tmp_path / "all", spread)),
+        RunResults(graded(tmp_path / "few", lambda t: 2 * spread(39 - t), objects=few, trials=10)),
+        RunResults(graded(tmp_path / "other files", spread, objects={n: {} for n in few}, trials=10)),
+    ]
+    (pair,) = compare_firmness(runs)
+    assert (pair.first, pair.second, pair.trials) == (0, 1, 10)
+    assert pair.ratio.value == pytest.approx(1 / 2, rel=1e-3)

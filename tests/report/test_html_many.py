@@ -1,4 +1,4 @@
-"""The HTML report of the thirty committed runs in a browser: what is chosen, compared, drawn and listed."""
+"""The HTML report of some thirty committed runs in a browser: what is chosen, compared, drawn and listed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from committed import RESULTS, committed_runs
 from html_browsing import BROWSER, PATIENCE, Opened, draw_charts, opening, until
 
 from grasp_bench.report.html.page import write_html
-from grasp_bench.runs.folder import find_runs
+from grasp_bench.runs.folder import find_runs, load_records
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
 pytestmark = pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed (Debian: chromium)")
@@ -53,10 +53,12 @@ def chosen(page: Any) -> list[str]:
 def test_a_few_runs_are_chosen_and_the_choice_is_in_the_address(opened: Opened) -> None:
     page = opened.page
     assert chosen(page) == FIRST
-    assert page.inner_text("#chosen") == "4 of 30 runs shown below"
-    assert page.inner_text("#count").startswith("720 of 5088 trials")
+    runs = committed_runs()
+    trials = sum(len(load_records(run)) for run in runs)
+    assert page.inner_text("#chosen") == f"4 of {len(runs)} runs shown below"
+    assert page.inner_text("#count").startswith(f"720 of {trials} trials")
     page.click("#no-runs")
-    assert page.inner_text("#count").startswith("0 of 5088 trials")
+    assert page.inner_text("#count").startswith(f"0 of {trials} trials")
     for name in ("oracle (control)", "random (control)"):
         page.locator(".runs label", has_text=name).first.click()
     page.select_option("#reference", label="reference/oracle")
@@ -103,6 +105,7 @@ def test_charts_have_at_most_eight_series(opened: Opened) -> None:
         ".map((c) => [c.dataset.chart, c.data.length]))"
     )
     assert counts.pop("calibration") == 9  # and the line
+    assert counts.pop("coverage") == 16  # a band and a line each
     assert counts.pop("outcomes") <= 10
     assert counts.pop("seconds") <= 8
     assert set(counts.values()) == {8}

@@ -20,7 +20,9 @@ from grasp_bench.report import breakdown
 from grasp_bench.report.html.page import write_html
 from grasp_bench.report.html.trials import embed, rows_of
 from grasp_bench.report.run import Run
+from grasp_bench.report.trust import Trust
 from grasp_bench.runs.folder import find_runs
+from grasp_bench.runs.results import RunResults
 from grasp_bench.runs.statistics import Rate
 
 
@@ -212,20 +214,22 @@ def test_objects_of_another_version_have_no_known_mass(tmp_path: Path) -> None:
     assert breakdown.object_facts(run, Catalog()) == {}
 
 
-def made(tmp_path: Path, pairs: list[tuple[float | None, bool]]) -> breakdown.Calibration:
+def made(tmp_path: Path, pairs: list[tuple[float | None, bool]]) -> Trust:
     folder = write_run(tmp_path / "q", "oracle", ["success" if s else "missed" for _, s in pairs])
     lines = [json.loads(line) for line in (folder / "trials.jsonl").read_text().splitlines()]
     for line, (quality, _) in zip(lines, pairs, strict=True):
         line["grasp"] = None if quality is None else line["grasp"] | {"quality": quality}
     (folder / "trials.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
-    return breakdown.calibration(Run(folder))
+    return Trust.of(RunResults(folder), [])
 
 
 def test_calibration_has_the_closed_form_error(tmp_path: Path) -> None:
-    found = made(
+    trust = made(
         tmp_path, [(0.8, True), (0.8, False), (0.25, False), (0.25, False), (1.0, True), (None, False)]
     )
-    assert found.trials == 5
+    found = trust.calibration
+    assert found is not None
+    assert (found.held.trials, trust.without) == (5, 1)
     assert [(b.quality, b.held) for b in found.bins] == [
         (0.25, Rate(0, 2)),
         (0.8, Rate(1, 2)),
@@ -236,7 +240,7 @@ def test_calibration_has_the_closed_form_error(tmp_path: Path) -> None:
 
 
 def test_calibration_of_a_run_without_grasps_says_nothing(tmp_path: Path) -> None:
-    assert made(tmp_path, [(None, False)]) == breakdown.Calibration([], 0, None, None)
+    assert made(tmp_path, [(None, False)]).calibration is None
 
 
 def test_latency_is_of_all_trials(tmp_path: Path) -> None:

@@ -12,8 +12,8 @@ from grasp_bench.errors import AssetError, GraspBenchError, UnknownNameError
 from grasp_bench.robot import facts
 from grasp_bench.robot.arm import load_arm
 from grasp_bench.robot.facts import MAX_YAML, folder_of
-from grasp_bench.robot.gripper import load_gripper
 from grasp_bench.robot.gripper_trial import try_out
+from grasp_bench.robot.grippers import load_gripper
 from grasp_bench.system.paths import assets_dir
 
 Spoil = Callable[[str], str]

@@ -10,9 +10,11 @@ import pytest
 
 from grasp_bench.errors import ScenarioError
 from grasp_bench.robot.arm import Arm, load_arm
+from grasp_bench.robot.cup import SuctionCup
 from grasp_bench.robot.ec66 import EC66
 from grasp_bench.robot.facts import shipped
-from grasp_bench.robot.gripper import Gripper, load_gripper
+from grasp_bench.robot.gripper import Gripper
+from grasp_bench.robot.grippers import load_gripper
 from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.robot.robot import EC66_PARALLEL_85
 from grasp_bench.scenario.reading import parse_scenario
@@ -20,7 +22,7 @@ from grasp_bench.scenario.sections import Scenario
 from grasp_bench.workshop import gripper_meshes
 
 ARMS = [load_arm(n) for n in shipped("arm")]
-GRIPPERS = [load_gripper(n) for n in shipped("gripper")]
+GRIPPERS = [g for n in shipped("gripper") if not isinstance(g := load_gripper(n), SuctionCup)]
 GROUP = 3
 """Geoms that collide."""
 

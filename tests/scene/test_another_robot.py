@@ -13,7 +13,7 @@ from grasp_bench.planning.depth import openings
 from grasp_bench.planning.heightfield import CELL, HeightField, analyse, maxima
 from grasp_bench.planning.planner import Planner
 from grasp_bench.robot.ec66 import EC66
-from grasp_bench.robot.gripper import load_gripper
+from grasp_bench.robot.grippers import load_gripper
 from grasp_bench.robot.kinematics import InverseKinematics
 from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.robot.robot import EC66_PARALLEL_85, Robot

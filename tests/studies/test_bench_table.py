@@ -24,7 +24,6 @@ from grasp_bench.learning.data.generate import generate
 from grasp_bench.learning.data.opening import open_collection
 from grasp_bench.learning.data.scenes import load_scenes
 from grasp_bench.learning.data.synthetic import SynthConfig
-from grasp_bench.learning.training.log import training_seconds
 from grasp_bench.predictors import load_predictor
 from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.report.accuracy import accuracy_table
@@ -238,16 +237,6 @@ def test_a_network_without_weights_says_how_to_get_them(monkeypatch, tmp_path: P
 def test_weights_that_were_replaced_are_not_told_of() -> None:
     assert trained_on("htc-grasp", {"htc-grasp.safetensors": "00"}) is None
     assert trained_on("oracle", None) is None
-
-
-def test_time_of_a_training(tmp_path: Path) -> None:
-    path = tmp_path / "log.jsonl"
-    path.write_text(
-        '{"step": 20, "samples_per_second": 8}\n{"step": 20, "hits": 3}\n'
-        '{"step": 40, "samples_per_second": 16}\n'
-    )
-    assert training_seconds(path, 16) == pytest.approx(20 * 16 / 8 + 20 * 16 / 16)
-    assert training_seconds(tmp_path / "none.jsonl", 16) is None
 
 
 # --- export -------------------------------------------------------------------------------

@@ -82,5 +82,9 @@ def test_the_command(toy_catalog: Path, tmp_path: Path) -> None:
     done = CliRunner().invoke(app, [*common, "--budget", "16", "--workers", "1", "--out", str(tmp_path)])
     assert done.exit_code == 0, done.output
     assert "Who is better: 1 · 2" in done.output
-    again = CliRunner().invoke(app, [*common, "--budget", "16", "--out", str(tmp_path), "--json"])
-    assert json.loads(again.stdout)["groups"] == [["oracle"], ["displaced"]]
+    words = [*common, "--budget", "16", "--out", str(tmp_path), "--physics", "1", "--physics-trials", "1"]
+    again = json.loads(CliRunner().invoke(app, [*words, "--json"]).stdout)
+    assert again["groups"] == [["oracle"], ["displaced"]]
+    assert again["worlds"]["neighbours"] == [
+        {"better": "oracle", "worse": "displaced", "holds": 1, "tied": 0, "turned": 0}
+    ]

@@ -350,3 +350,7 @@ def test_a_replay_that_breaks_saves_nothing(
     assert frozenset({"angle"}) not in again.explained[0].sets
     lines = [json.loads(line) for line in (copy / "why.jsonl").read_text().splitlines()]
     assert [x["outcome"] for x in lines if x["without"] == ["angle"]] == [Outcome.ERROR]
+    assert again.broken == {kept: 1}
+    assert f"1 replays of 1 trials ({kept}) could not be done" in tables(again)[0].note
+    recalled = explain(copy, objects=toy_catalog, predictor=Faulty(turn=math.radians(30)))
+    assert to_json(recalled, Pages(copy))["broken_replays"] == {str(kept): 1}

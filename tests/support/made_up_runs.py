@@ -59,12 +59,13 @@ def write_run(
     if shard != WHOLE:
         content["shard"] = str(shard)
     objects: tuple[str, ...] = tuple(content["objects"])
+    seed = {"seed": content["seed"]}
     with RunFolder(folder) as results:
         results.start(RunInfo.read(content))
         wanted = None if only is None else set(only)
         for job in spread(objects, trials, shard)[::order]:
             if wanted is None or job.trial in wanted:
-                line = TrialRecord.read(change(record(job.trial, wins(job.trial), objects)))
+                line = TrialRecord.read(change(record(job.trial, wins(job.trial), objects) | seed))
                 results.append(line, Timings.read({"trial": job.trial, "plan": 0.5}))
     return folder
 

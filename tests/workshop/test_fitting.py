@@ -13,7 +13,7 @@ from grasp_bench.cli import main
 from grasp_bench.errors import AssetError, GraspBenchError, ScenarioError
 from grasp_bench.objects.catalog import Catalog, ObjectModel
 from grasp_bench.objects.fitted import fit_file, fitted, graspable
-from grasp_bench.robot.gripper import load_gripper
+from grasp_bench.robot.grippers import load_gripper
 from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.workshop.fitting import fit, prepare

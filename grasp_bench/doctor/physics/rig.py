@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.objects.catalog import VisualPart
+from grasp_bench.robot.cup import SuctionCup
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import compile_mjcf, compose
 from grasp_bench.scene.world import World
@@ -105,6 +106,10 @@ class Rig:
             at: where the pads' centre meets the body [m], in the body's y and z, which are the gripper's y
                 and the reverse of its direction of approach.
         """
+        if isinstance(self.world.robot.gripper, SuctionCup):
+            self.stick(force)
+            self.load(self._gravity)
+            return
         thickness = float(np.ptp(self.body.points[:, 0]))
         self.reset(thickness + 0.002)
         self.model.opt.gravity[:] = 0
@@ -124,6 +129,22 @@ class Rig:
         self.data.ctrl[self._jaw] = -gripper.squeeze
         self.run(gripper.settle_time)
         self.load(self._gravity)
+
+    def stick(self, force: float) -> None:
+        """Hold the weightless body by a cup on the middle of its upper side, vacuum of ``force`` [N]."""
+        self.reset()
+        self.model.opt.gravity[:] = 0
+        hand = self.world.robot.gripper
+        self.model.actuator_forcerange[self._jaw] = hand.actuator_range(force)
+        tcp = self.world.tcp
+        turn = tcp.rotation @ np.diag([1.0, -1.0, -1.0])
+        low, high = self.body.points.min(0), self.body.points.max(0)
+        top = np.array([*((low + high) / 2)[:2], high[2]])
+        quaternion = np.zeros(4)
+        mujoco.mju_mat2Quat(quaternion, turn.ravel())
+        self.world.place_object(tcp.position - turn @ top, quaternion)
+        self.data.ctrl[self._jaw] = hand.command(-1.0)
+        self.run(self.scenario.gripper.settle_time)
 
     def relative(self) -> tuple[Floats, Floats]:
         """Return position (3,) [m] and rotation (3, 3) of the body in the gripper's frame."""

@@ -15,8 +15,11 @@ from grasp_bench.doctor.physics.margin import margin
 from grasp_bench.doctor.physics.penetration import penetration
 from grasp_bench.doctor.physics.reference import Watched, halved, loads, time_step, watch
 from grasp_bench.doctor.physics.slip import slip
+from grasp_bench.doctor.physics.suction import suction
 from grasp_bench.doctor.physics.torsion import torsion
 from grasp_bench.doctor.physics.tracking import tracking
+from grasp_bench.robot.cup import SuctionCup
+from grasp_bench.robot.gripper import Gripper
 from grasp_bench.scenario.sections import Scenario
 
 if TYPE_CHECKING:
@@ -27,6 +30,14 @@ QUICK: tuple[Test, ...] = (slip, incline, torsion, margin, creep, falling, jacob
 """Checks that take seconds each."""
 OF_GRIPPER: tuple[Test, ...] = (slip, torsion, creep, jacobian, penetration)
 """Those of them that another gripper can change."""
+
+OF_CUP: tuple[Test, ...] = (suction, creep, jacobian)
+"""Those of a suction cup."""
+
+
+def tests_of(gripper: Gripper) -> tuple[Test, ...]:
+    """Return the checks that ``gripper`` can change."""
+    return OF_CUP if isinstance(gripper, SuctionCup) else OF_GRIPPER
 
 
 @dataclass(frozen=True)

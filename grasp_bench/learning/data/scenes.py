@@ -1,4 +1,4 @@
-"""Folders of synthetic scenes, held in memory.
+"""Folders of synthetic scenes.
 
 A folder has ``index.jsonl``, one scene a line: {"scene": "000123",
 "file": "scenes/000123.npz", "split": "train" | "val", …}. Each npz holds, for S×S pixels:
@@ -25,6 +25,7 @@ import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,8 @@ from grasp_bench.grasps import Grasp, wrap_angle
 INDEX = "index.jsonl"
 DEPTH_UNIT = 1e-4
 """Metres per step of the stored depth."""
+IN_MEMORY = 3000
+"""Scenes that are held in memory at most, a megabyte each."""
 
 _ARRAYS = {
     "rgb": np.uint8,
@@ -106,27 +109,55 @@ class SceneSet:
     fingerprint: str
 
 
+class StoredScenes(Sequence[Scene]):
+    """Scenes that are read when they are needed, in 3 ms each.
+
+    Args:
+        files: the scenes' npz.
+        crop: side that they have at least [px].
+    """
+
+    def __init__(self, files: Sequence[Path], crop: int) -> None:
+        self._files, self._crop = files, crop
+
+    @classmethod
+    def training(cls, folder: Path, crop: int) -> Self:
+        """Return the scenes of split 'train' in a folder."""
+        return cls([folder / e["file"] for e in read_index(folder) if e["split"] == "train"], crop)
+
+    def __len__(self) -> int:
+        return len(self._files)
+
+    def __getitem__(self, index: int) -> Scene:
+        return load_scene(self._files[index], self._crop)
+
+
 def load_scenes(folders: Iterable[Path], crop: int = 224) -> SceneSet:
-    """Read all scenes of some folders into memory (0.9 MB a scene of 320 px).
+    """Gather all scenes of some folders: up to :data:`IN_MEMORY` are read at once, of more each when needed.
 
     Raises:
-        AssetError: naming the file, when one is missing, truncated or not as described above.
+        AssetError: naming the file, when one is missing, or one that was read truncated or not as described
+            above.
     """
-    split: dict[str, list[Scene]] = {"train": [], "val": []}
+    split: dict[str, list[Path]] = {"train": [], "val": []}
     digest = hashlib.sha256()
     for folder in map(Path, folders):
         for entry in read_index(folder):
-            split[entry["split"]].append(load_scene(folder / entry["file"], crop))
+            split[entry["split"]].append(folder / entry["file"])
             digest.update(f"{entry['file']} {entry['split']}\n".encode())
     if not split["train"]:
         raise AssetError("The data folders given hold no scene of split 'train'; generate some first.")
-    return SceneSet(split["train"], split["val"], digest.hexdigest()[:16])
+    train, val = (StoredScenes(files, crop) for files in split.values())
+    if len(train) + len(val) > IN_MEMORY:
+        for path in (*split["train"], *split["val"]):
+            _present(path)
+        return SceneSet(train, val, digest.hexdigest()[:16])
+    return SceneSet(list(train), list(val), digest.hexdigest()[:16])
 
 
 def load_scene(path: Path, crop: int = 0) -> Scene:
     """Read one npz; AssetError when it is not what it should be or smaller than ``crop``."""
-    if not path.is_file():
-        raise AssetError(f"Scene {path} is missing though its index lists it; generate the data again.")
+    _present(path)
     try:
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in _ARRAYS}
@@ -142,6 +173,11 @@ def load_scene(path: Path, crop: int = 0) -> Scene:
     if annotated is not None and (annotated.ndim != 2 or annotated.shape[1] != 6):
         raise AssetError(f"Scene {path}: annotated must be (K, 6), is {annotated.shape}; generate it again.")
     return Scene(path.stem, **arrays, annotated=annotated)
+
+
+def _present(path: Path) -> None:
+    if not path.is_file():
+        raise AssetError(f"Scene {path} is missing though its index lists it; generate the data again.")
 
 
 def _check(path: Path, arrays: dict[str, NDArray], crop: int) -> None:

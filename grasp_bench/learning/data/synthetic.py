@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -95,22 +95,37 @@ def make_scene(seed: int, index: int, config: SynthConfig) -> Arrays:
     """Make the arrays of the ``index``-th scene of ``seed``."""
     rng = np.random.default_rng(np.random.SeedSequence([seed, index]))
     for _ in range(LAYOUTS):
-        stage = _staged(config, rng)
-        scenario = stage.scenario
-        count = int(rng.integers(2, 4)) if rng.random() < config.several else 1
-        objects = [random_object(rng) for _ in range(count)]
-        gripper = FloatingGripper(compile_floating(scenario, list(objects)), scenario, count)
-        if arrange(gripper, objects, config.spread, rng):
-            shot = None
-            if config.style is not None:
-                mujoco.mj_forward(gripper.model, gripper.data)
-                shot = shoot(stage, gripper.model, gripper.data, config.size, rng)
-                if not shot.usable(gripper.model):
-                    continue
-            scene = record(gripper, objects, config, rng, shot)
+        laid = lay_out(config, rng)
+        if laid is not None:
+            scene = record(laid.gripper, laid.objects, config, rng, laid.shot)
             if config.tries == 0 or len(scene["grasps"]) or rng.random() < config.hopeless:
                 return scene
     raise GraspBenchError(f"scene {index} of seed {seed}: nothing came to rest in {LAYOUTS} layouts")
+
+
+class Laid(NamedTuple):
+    """Objects at rest beside the parked gripper, and the picture of them."""
+
+    gripper: FloatingGripper
+    objects: list[RandomObject]
+    shot: Shot
+
+
+def lay_out(config: SynthConfig, rng: Rng) -> Laid | None:
+    """Draw objects and a stage, let all come to rest and take the picture; None where it shows no object at
+    rest."""
+    stage = _staged(config, rng)
+    scenario = stage.scenario
+    count = int(rng.integers(2, 4)) if rng.random() < config.several else 1
+    objects = [random_object(rng) for _ in range(count)]
+    gripper = FloatingGripper(compile_floating(scenario, list(objects)), scenario, count)
+    if not arrange(gripper, objects, config.spread, rng):
+        return None
+    if config.style is None:
+        return Laid(gripper, objects, plain_shot(scenario, gripper.model, gripper.data, config.size, rng))
+    mujoco.mj_forward(gripper.model, gripper.data)
+    shot = shoot(stage, gripper.model, gripper.data, config.size, rng)
+    return Laid(gripper, objects, shot) if shot.usable(gripper.model) else None
 
 
 # ---------------------------------------------------------------- the scene
@@ -186,15 +201,9 @@ def tipped(vertices: Floats, rng: Rng) -> Rotation:
 
 
 def record(
-    gripper: FloatingGripper,
-    objects: list[RandomObject],
-    config: SynthConfig,
-    rng: Rng,
-    shot: Shot | None = None,
+    gripper: FloatingGripper, objects: list[RandomObject], config: SynthConfig, rng: Rng, shot: Shot
 ) -> Arrays:
-    """Make the arrays of the scene at rest in ``gripper``; without a ``shot`` a plain one is taken."""
-    if shot is None:
-        shot = plain_shot(gripper.scenario, gripper.model, gripper.data, config.size, rng)
+    """Make the arrays of the scene at rest in ``gripper``, of which ``shot`` is the picture."""
     crop, pose, picture = shot.intrinsics, shot.pose, shot.truth
     view = labels.View(crop, pose, crop.rays() @ pose.rotation.T)
 

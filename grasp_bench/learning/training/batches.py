@@ -7,7 +7,7 @@ on the number of threads nor on whether the run was interrupted.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import lru_cache
 from zlib import crc32
@@ -99,7 +99,7 @@ def make_batch(scenes: Sequence[Scene], config: TrainConfig, kind: Kind, crop: i
 
 def batches(
     scenes: Sequence[Scene], config: TrainConfig, kind: Kind, crop: int, start: int, pinned: bool = False
-) -> Iterator[tuple[Tensor, Tensor]]:
+) -> Generator[tuple[Tensor, Tensor]]:
     """Make the batches of steps ``start`` … ``config.steps`` − 1, two ahead for each thread.
 
     Args:

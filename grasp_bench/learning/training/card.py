@@ -23,14 +23,18 @@ def provenance(
     trained: Trained, config: TrainConfig, scenes: SceneSet, data: Sequence[Source]
 ) -> dict[str, Any]:
     """Return JSON-able facts on a run."""
-    accuracy = trained.accuracy
+    accuracy, course = trained.accuracy, trained.course
     return {
         "network": config.network,
         "reference": info(config.network).reference,
         "parameters": parameter_count(trained.network),
         "input": shown(config),
         "begun_with": config.init,
-        "steps": config.steps,
+        "steps": course.end,
+        "seconds": round(course.seconds),
+        "ended": course.why,
+        "flops": course.flops * config.batch * course.end,
+        "curve": [{"step": point.step} | point.figures for point in course.curve],
         "seed": config.seed,
         "config": config.model_dump(),
         "data": {
@@ -44,6 +48,7 @@ def provenance(
         "accuracy": {
             "top1": [accuracy.hits, accuracy.scenes],
             "rectangle": [accuracy.correct, accuracy.labelled],
+            "held": [accuracy.held, accuracy.tried],
         },
     }
 
@@ -106,7 +111,7 @@ Weights for `grasp-bench`, network `{facts["network"]}` with {facts["parameters"
 |---|---|---|---|
 | best grasp agrees with the label maps (quality ≥ 0.5, 20°, width) | {_row(facts["accuracy"]["top1"])} |
 | rectangle metric (30°, IoU > 0.25) | {_row(facts["accuracy"]["rectangle"])} |
-
+{_held(facts)}
 ## Limits
 {_seen(facts)} Expects a camera looking down at a table, depth in metres, and a scene like
 those it was trained on; figures above say nothing about other cameras. These are not the paper's
@@ -116,7 +121,15 @@ weights, which were never published.
 
 def _took(facts: dict[str, Any]) -> str:
     seconds = facts.get("seconds")
-    return f" It took {seconds / 60:.0f} minutes." if seconds else ""
+    if not seconds:
+        return ""
+    why = {"flat": ", until it got no better", "minutes": ", when it was cut off by the clock"}
+    return f" It took {seconds / 60:.0f} minutes{why.get(facts.get('ended', ''), '')}."
+
+
+def _held(facts: dict[str, Any]) -> str:
+    held = facts["accuracy"].get("held", [0, 0])
+    return f"| best grasp, as predicted, held in physics (other scenes) | {_row(held)} |\n" if held[1] else ""
 
 
 def _begun(facts: dict[str, Any]) -> str:

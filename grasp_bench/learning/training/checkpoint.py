@@ -12,6 +12,7 @@ from torch import Tensor, nn
 
 from grasp_bench.errors import AssetError
 from grasp_bench.learning.training.config import NOT_COMPARED, TrainConfig
+from grasp_bench.learning.training.course import Course
 from grasp_bench.system.integrity import write_whole
 
 _MOMENTS = ("exp_avg", "exp_avg_sq")
@@ -23,7 +24,7 @@ def save_checkpoint(
     network: nn.Module,
     average: nn.Module | None,
     optimizer: torch.optim.AdamW,
-    config: TrainConfig,
+    course: Course,
     data: str,
 ) -> None:
     """Write one safetensors file, at once or not at all: a kill leaves the last one whole.
@@ -31,7 +32,8 @@ def save_checkpoint(
     Args:
         step: number of steps done.
         network, average, optimizer: their state; ``average`` None where there is none.
-        config, data: settings and the scenes' fingerprint, compared on resuming.
+        course: how far the run has come; its settings are compared on resuming.
+        data: the scenes' fingerprint, compared, too.
     """
     tensors = {f"model.{k}": v for k, v in network.state_dict().items()}
     if average is not None:
@@ -39,7 +41,7 @@ def save_checkpoint(
     for name, parameter in network.named_parameters():
         for moment in _MOMENTS:
             tensors[f"{moment}.{name}"] = optimizer.state[parameter][moment]
-    header = {"step": step, "config": config.model_dump(), "data": data}
+    header = {"step": step, "config": course.config.model_dump(), "data": data, "course": course.stored()}
     stored = {k: v.detach().cpu().contiguous() for k, v in tensors.items()}
     write_whole(path, to_bytes(stored, {"training": json.dumps(header)}))
 
@@ -49,10 +51,10 @@ def load_checkpoint(
     network: nn.Module,
     average: nn.Module | None,
     optimizer: torch.optim.AdamW,
-    config: TrainConfig,
+    course: Course,
     data: str,
 ) -> int:
-    """Restore a run in place and return the number of steps done.
+    """Restore a run in place, its course too, and return the number of steps done.
 
     Raises:
         AssetError: the file is truncated, or of a run with other settings or scenes.
@@ -62,15 +64,17 @@ def load_checkpoint(
             header = json.loads((file.metadata() or {})["training"])
             tensors = {key: file.get_tensor(key) for key in file.keys()}  # noqa: SIM118
             step, then, scenes = int(header["step"]), header["config"], header["data"]
+            if "course" in header:
+                course.restore(header["course"])
     except (SafetensorError, OSError, ValueError, KeyError, TypeError) as error:
         raise AssetError(
             f"Checkpoint {path} is truncated or not one ({error}); delete it to start anew."
         ) from error
-    now = config.model_dump()
+    earlier = {name: field.default for name, field in TrainConfig.model_fields.items()} | then
     changed = [
-        f"{k} was {then.get(k)!r}, is {v!r}"
-        for k, v in now.items()
-        if k not in NOT_COMPARED and then.get(k) != v
+        f"{k} was {earlier[k]!r}, is {v!r}"
+        for k, v in course.config.model_dump().items()
+        if k not in NOT_COMPARED and earlier[k] != v
     ]
     if scenes != data:
         changed.append("the scenes were others")

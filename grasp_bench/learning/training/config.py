@@ -16,7 +16,18 @@ from pydantic import BaseModel, ConfigDict, Field
 from grasp_bench.runs.evaluation import Split
 
 FREE_TO_CHANGE = frozenset(
-    {"device", "workers", "threads", "checkpoint_every", "validate_every", "log_every"}
+    {
+        "device",
+        "workers",
+        "threads",
+        "checkpoint_every",
+        "validate_every",
+        "validate_scenes",
+        "log_every",
+        "max_minutes",
+        "held_out",
+        "patience",
+    }
 )
 """Fields in which a resumed run may differ from the run it continues."""
 NOT_COMPARED = FREE_TO_CHANGE | {"holdout", "split"}
@@ -37,6 +48,10 @@ class Option:
     off: bool = False
 
 
+HELD_OUT = 200
+"""Scenes tried in physics where a run ends by them and nothing else is said."""
+
+
 class TrainConfig(BaseModel):
     """Settings of one run; the defaults are those that learnt fastest in our tests.
 
@@ -53,7 +68,25 @@ class TrainConfig(BaseModel):
         default="htc-grasp",
         description="Network to train: htc-grasp, gr-convnet, gg-cnn, tf-grasp …; a wrong name lists all.",
     )
-    steps: int = Field(default=5000, ge=1, description="Optimiser steps in all.")
+    steps: int = Field(
+        default=5000, ge=1, description="Optimiser steps in all; with --until-flat or --max-minutes, at most."
+    )
+    until_flat: Annotated[bool, Option("--until-flat")] = Field(
+        default=False,
+        description="Keep the learning rate until tries in physics get no better, then let it fall and end.",
+    )
+    patience: int = Field(
+        default=4, ge=1, description="Validations without a gain above the noise after which a run is flat."
+    )
+    max_minutes: float | None = Field(
+        default=None, gt=0, description="Minutes after which to end, the fall of the learning rate included."
+    )
+    held_out: int | None = Field(
+        default=None,
+        ge=0,
+        description="Held-out scenes whose best grasp is tried in physics at each validation; 200 with "
+        "--until-flat, else none.",
+    )
     batch: int = Field(default=16, ge=1, description="Scenes a step.")
     lr: float = Field(default=1e-3, gt=0, description="Highest learning rate (warm-up, then cosine to 0).")
     seed: int = Field(default=0, ge=0, description="Seed of weights, order and augmentation.")
@@ -89,6 +122,9 @@ class TrainConfig(BaseModel):
     )
     checkpoint_every: int = Field(default=500, ge=1, description="Steps between checkpoints.")
     validate_every: int = Field(default=500, ge=1, description="Steps between validations.")
+    validate_scenes: int = Field(
+        default=0, ge=0, description="Scenes of the data to validate on at most, evenly chosen; 0 = all."
+    )
     log_every: int = Field(default=20, ge=1, description="Steps between lines of the log.")
     init: str | None = Field(
         default=None,
@@ -134,8 +170,18 @@ class TrainConfig(BaseModel):
                 words += [names, value.rpartition(" ")[0] or value if name == "init" else str(value)]
         return words
 
+    @property
+    def open_ended(self) -> bool:
+        """Whether something else than the number of steps may end the run."""
+        return self.until_flat or self.max_minutes is not None
+
+    @property
+    def tried(self) -> int:
+        """Number of held-out scenes tried in physics at each validation."""
+        return HELD_OUT * self.until_flat if self.held_out is None else self.held_out
+
     def learning_rate(self, step: int) -> float:
-        """Return the rate at ``step`` (from 0)."""
+        """Return the rate at ``step`` (from 0) of a run of a given number of steps."""
         if step < self.warmup:
             return self.lr * (step + 1) / self.warmup
         if not self.cosine:

@@ -44,25 +44,6 @@ class RunLog:
             self._board.close()
 
 
-def training_seconds(path: Path, batch: int) -> float | None:
-    """Tell about how long a run took, interruptions left out, from its log; None without one.
-
-    Args:
-        path: ``log.jsonl``.
-        batch: number of samples a step.
-    """
-    seconds, before = 0.0, 0
-    try:
-        for line in path.read_text(encoding="utf-8").splitlines():
-            entry = json.loads(line)
-            if speed := entry.get("samples_per_second"):
-                seconds += (entry["step"] - before) * batch / speed
-                before = entry["step"]
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
-    return seconds if before else None
-
-
 def _step(line: str) -> float:
     try:
         return json.loads(line)["step"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import closing, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,15 +14,18 @@ import numpy as np
 import torch
 from filelock import FileLock, Timeout
 from torch import Tensor, nn
+from torch.utils.flop_counter import FlopCounterMode
 
 from grasp_bench.errors import AssetError, GraspBenchError
 from grasp_bench.learning.data.scenes import SceneSet
 from grasp_bench.learning.training.batches import batches, make_batch
 from grasp_bench.learning.training.checkpoint import load_checkpoint, save_checkpoint
 from grasp_bench.learning.training.config import TrainConfig
+from grasp_bench.learning.training.course import Course
+from grasp_bench.learning.training.held_out import held_out_scenes
 from grasp_bench.learning.training.log import RunLog
 from grasp_bench.learning.training.step import Learner, choose_device
-from grasp_bench.learning.training.validate import Accuracy, validate
+from grasp_bench.learning.training.validate import Accuracy, Judge, evenly
 from grasp_bench.networks.registry import NETWORKS, build, info, input_kind
 from grasp_bench.networks.resnet import begin_with_trunk
 from grasp_bench.networks.rows import Detector
@@ -46,10 +49,12 @@ class Trained:
         network: in evaluation mode, with averaged weights if there are any. Those of the last step, not
             the best validated one's: choosing by validation would flatter the accuracy.
         accuracy: what validation after the last step gave.
+        course: how long it took, how it got better, and what ended it.
     """
 
     network: nn.Module
     accuracy: Accuracy
+    course: Course
 
 
 def train(
@@ -93,22 +98,31 @@ def _train(
     learner = Learner.of(network, config, device)
     state = learner.network, learner.average, learner.optimizer
 
-    start = 0
+    start, course = 0, Course(config)
     if (out / CHECKPOINT).is_file():
-        start = load_checkpoint(out / CHECKPOINT, *state, config, scenes.fingerprint)
+        start = load_checkpoint(out / CHECKPOINT, *state, course, scenes.fingerprint)
     if start == 0 and isinstance(learner.network, Detector) and learner.network.warm_up:
         _prepare(learner.network, scenes, config, kind, crop, device)
+    judge = Judge(evenly(scenes.val, config.validate_scenes), held_out_scenes(config.tried, crop), kind, crop)
     accuracy: Accuracy | None = None
+    begun, before = time.perf_counter(), course.seconds
 
-    with closing(RunLog(out, start)) as log:
+    feed = batches(scenes.train, config, kind, crop, start, pinned=device.type == "cuda")
+    with closing(RunLog(out, start)) as log, closing(feed):
         logged, since = start, time.perf_counter()
-        feed = batches(scenes.train, config, kind, crop, start, pinned=device.type == "cuda")
         unread: list[dict[str, Tensor]] = []
-        for done, batch in enumerate(feed, start + 1):
+        done = start
+        while done < course.end:
+            batch, done = next(feed), done + 1
             inputs, targets = (tensor.to(device, non_blocking=True) for tensor in batch)
-            unread.append(learner.step(done - 1, inputs, targets))
+            rate = course.rate(done - 1)
+            with nullcontext() if course.flops else FlopCounterMode(display=False) as counter:
+                unread.append(learner.step(done - 1, inputs, targets, rate))
+            if counter is not None:
+                course.flops = counter.get_total_flops() / config.batch
+            course.reached(done, before + time.perf_counter() - begun)
             stored, judged, noted = (
-                done % every == 0 or done == config.steps
+                done % every == 0 or done == course.end
                 for every in (config.checkpoint_every, config.validate_every, config.log_every)
             )
             # Reading waits for a GPU; a CPU has done its work anyway.
@@ -116,29 +130,26 @@ def _train(
                 continue
             parts = _read(unread, done)
             speed = (done - logged) * config.batch / (time.perf_counter() - since)
-            rate = config.learning_rate(done - 1)
             figures = {**parts, "lr": rate, "samples_per_second": round(speed, 2)}
             if noted:
                 log.write(done, **figures)
-                logged, since = done, time.perf_counter()
             accuracy = None
             if judged:
-                accuracy = validate(learner.final, scenes.val, kind, crop)
-                log.write(
-                    done,
-                    hits=accuracy.hits,
-                    scenes=accuracy.scenes,
-                    correct=accuracy.correct,
-                    labelled=accuracy.labelled,
-                )
+                accuracy = judge(learner.final)
+                course.validated(done, before + time.perf_counter() - begun, accuracy)
+                log.write(done, **course.curve[-1].figures)
+            if noted:
+                logged, since = done, time.perf_counter()
             if stored:
-                save_checkpoint(out / CHECKPOINT, done, *state, config, scenes.fingerprint)
+                save_checkpoint(out / CHECKPOINT, done, *state, course, scenes.fingerprint)
             if report is not None:
                 report(done, figures, accuracy)
+        if done > start:
+            log.write(done, ended=course.why, seconds=round(course.seconds, 1))
     learner.final.eval()
     if accuracy is None:  # resumed after the last step
-        accuracy = validate(learner.final, scenes.val, kind, crop)
-    return Trained(learner.final, accuracy)
+        accuracy = judge(learner.final)
+    return Trained(learner.final, accuracy, course)
 
 
 def _prepare(

@@ -16,14 +16,7 @@ from grasp_bench.learning.data.folds import make_folds
 from grasp_bench.learning.data.opening import open_collection
 from grasp_bench.learning.data.real import RealScenes
 from grasp_bench.learning.data.rectangles import Collection
-from grasp_bench.learning.data.scenes import (
-    Scene,
-    SceneSet,
-    is_generated,
-    load_scene,
-    load_scenes,
-    read_index,
-)
+from grasp_bench.learning.data.scenes import Scene, SceneSet, StoredScenes, is_generated, load_scenes
 from grasp_bench.runs.evaluation import Split
 
 
@@ -90,21 +83,6 @@ class Mixture(Sequence[Scene]):
         return self._parts[part][index - (self.ends[part - 1] if part else 0)]
 
 
-class StoredScenes(Sequence[Scene]):
-    """Synthetic scenes of the split 'train' in ``folder``, each read when needed: slow to go through
-    often, quick to draw a few from."""
-
-    def __init__(self, folder: Path, crop: int) -> None:
-        self._files = [folder / e["file"] for e in read_index(folder) if e["split"] == "train"]
-        self._crop = crop
-
-    def __len__(self) -> int:
-        return len(self._files)
-
-    def __getitem__(self, index: int) -> Scene:
-        return load_scene(self._files[index], self._crop)
-
-
 def mixed_with_real(
     synthetic: Sequence[Path], collection: Collection, indices: Sequence[int], real_share: float, crop: int
 ) -> SceneSet:
@@ -115,7 +93,7 @@ def mixed_with_real(
     """
     if synthetic and not 0 < real_share < 1:
         raise GraspBenchError(f"--real-share must be between 0 and 1, not {real_share}.")
-    stored = [StoredScenes(folder, crop) for folder in synthetic]
+    stored = [StoredScenes.training(folder, crop) for folder in synthetic]
     total = sum(map(len, stored))
     weights = [real_share, *((1 - real_share) * len(s) / total for s in stored)] if stored else None
     names = " ".join(collection.entries[i].name for i in indices)

@@ -85,10 +85,10 @@ class Learner:
         )
 
     @torch.no_grad()
-    def update(self, step: int) -> Tensor:
-        """Change the weights by their gradients at ``step`` (from 0); the norm these had."""
+    def update(self, step: int, rate: float) -> Tensor:
+        """Change the weights by their gradients at ``step`` (from 0) by ``rate``; the norm these had."""
         for group in self.optimizer.param_groups:
-            group["lr"] = self.config.learning_rate(step)
+            group["lr"] = rate
         norm = nn.utils.clip_grad_norm_(self.network.parameters(), self.config.clip or math.inf, foreach=True)
         self.optimizer.step()
         if self.average is not None:
@@ -100,10 +100,11 @@ class Learner:
                 mean.copy_(value)
         return norm
 
-    def step(self, step: int, inputs: Tensor, targets: Tensor) -> dict[str, Tensor]:
-        """Do the whole of ``step`` (from 0); loss, its parts and the gradient's norm, still on the device."""
+    def step(self, step: int, inputs: Tensor, targets: Tensor, rate: float) -> dict[str, Tensor]:
+        """Do the whole of ``step`` (from 0), by ``rate``; loss, its parts and the gradient's norm, still
+        on the device."""
         torch.manual_seed(self.config.seed * 1_000_003 + step)  # dropout, the same after a resume
         parts = self.forward(inputs, targets)
         self.optimizer.zero_grad(set_to_none=True)
         parts["loss"].backward()
-        return {**{k: v.detach() for k, v in parts.items()}, "gradient_norm": self.update(step)}
+        return {**{k: v.detach() for k, v in parts.items()}, "gradient_norm": self.update(step, rate)}

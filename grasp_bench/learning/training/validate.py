@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -13,6 +13,7 @@ from torch import nn
 from grasp_bench.grasps import Grasp, GraspMaps, angle_difference, is_correct
 from grasp_bench.learning.data.scenes import Scene
 from grasp_bench.learning.training.augment import View, crop_scene
+from grasp_bench.learning.training.held_out import HeldOut, count_held
 from grasp_bench.networks.encoding import grasps_from_output, to_input
 from grasp_bench.networks.spec import Kind
 
@@ -25,15 +26,48 @@ class Accuracy:
         hits, scenes: best grasps that agree with the label maps (``is_hit``), of how many.
         correct, labelled: best grasps right by the rectangle metric, of how many scenes with
             listed grasps.
+        held, tried: best grasps that held in physics, of how many held-out scenes.
     """
 
     hits: int = 0
     scenes: int = 0
     correct: int = 0
     labelled: int = 0
+    held: int = 0
+    tried: int = 0
 
     def __str__(self) -> str:
-        return f"top-1 {self.hits}/{self.scenes}, rectangle metric {self.correct}/{self.labelled}"
+        told = f"top-1 {self.hits}/{self.scenes}, rectangle metric {self.correct}/{self.labelled}"
+        return f"{told}, held {self.held}/{self.tried}" if self.tried else told
+
+
+@dataclass(frozen=True)
+class Judge:
+    """Validates a network again and again.
+
+    Attributes:
+        scenes: judged by their labels.
+        held_out: judged in physics.
+        kind, crop: what the network is shown.
+    """
+
+    scenes: Sequence[Scene]
+    held_out: Sequence[HeldOut]
+    kind: Kind
+    crop: int
+
+    def __call__(self, network: nn.Module) -> Accuracy:
+        """Judge the best grasps of a network."""
+        accuracy = validate(network, self.scenes, self.kind, self.crop)
+        held = count_held(network, self.held_out, self.kind)
+        return replace(accuracy, held=held, tried=len(self.held_out))
+
+
+def evenly(scenes: Sequence[Scene], most: int) -> Sequence[Scene]:
+    """Return ``most`` scenes, evenly chosen; all where there are no more, or ``most`` is 0."""
+    if not 0 < most < len(scenes):
+        return scenes
+    return [scenes[i * len(scenes) // most] for i in range(most)]
 
 
 def is_hit(

@@ -6,16 +6,20 @@ A trace's ``meta`` says what it is, by which the page colours and picks: ``{"run
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
+from typing import Any, TypeVar
 
+import numpy as np
 import plotly.graph_objects as go
 
-from grasp_bench.report.breakdown import Breakdown, Calibration, Latency
+from grasp_bench.report.breakdown import Breakdown, Latency
+from grasp_bench.report.firmness import Firmness
 from grasp_bench.report.summary import Summary
+from grasp_bench.report.trust import Calibration
 from grasp_bench.runs.statistics import Rate
 from grasp_bench.scenario.outcomes import Outcome
 
+T = TypeVar("T")
 OUTCOMES = [str(o) for o in Outcome]
 
 
@@ -112,7 +116,7 @@ def success_by(kind: Breakdown, names: list[str]) -> dict[str, Any]:
     )
 
 
-def calibration(rows: Sequence[Calibration], names: list[str]) -> dict[str, Any]:
+def calibration(rows: Sequence[Calibration | None], names: list[str]) -> dict[str, Any]:
     """Draw predicted quality against success, with the line on which predictions would be probabilities."""
     traces: list[Any] = [
         go.Scatter(
@@ -125,7 +129,7 @@ def calibration(rows: Sequence[Calibration], names: list[str]) -> dict[str, Any]
             hoverinfo="skip",
         )
     ]
-    for i, (row, name) in enumerate(zip(rows, _labels(names), strict=True)):
+    for i, row, name in _told(rows, names):
         traces.append(
             go.Scatter(
                 name=name,
@@ -144,6 +148,88 @@ def calibration(rows: Sequence[Calibration], names: list[str]) -> dict[str, Any]
         xaxis={"title": "predicted quality, mean of a bin", "range": [-0.02, 1.02]},
         yaxis={"title": "success [%]", "range": [-4, 104]},
     )
+
+
+def risk_coverage(rows: Sequence[Calibration | None], names: list[str]) -> dict[str, Any]:
+    """Draw the success among the most confident grasps over their share: the risk–coverage curve."""
+    traces: list[Any] = []
+    for i, row, name in _told(rows, names):
+        shares = [100 * share for share in row.coverage]
+        rates = [(r.interval[0], r.rate, r.interval[1]) for r in row.coverage.values()]
+        hover = "surest %{x:.0f} %, %{customdata} = %{y:.1f} %"
+        counts = [f"{r.successes}/{r.trials}" for r in row.coverage.values()]
+        traces += _banded(i, name, shares, rates, hover, counts)
+    return _figure(
+        traces,
+        380,
+        xaxis={"title": "most confident share of the grasps [%]", "range": [0, 103]},
+        yaxis={"title": "success [%]", "range": [-4, 104]},
+    )
+
+
+def firmness(rows: Sequence[Firmness | None], names: list[str]) -> dict[str, Any]:
+    """Draw the share of trials that bear a multiple of the weight over it, with bands as intervals."""
+    traces: list[Any] = []
+    for i, row, name in _told(rows, names):
+        at = [round(p.factor, 4) for p in row.curve]
+        shares = [(p.share.low, p.share.value, p.share.high) for p in row.curve]
+        traces += _banded(i, name, at, shares, "%{y:.1f} % bear %{x:.3g}× the weight")
+    ticks = [0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 256]
+    return _figure(
+        traces,
+        380,
+        xaxis={
+            "title": "force on what is held, as a multiple of its weight",
+            "type": "log",
+            "range": [float(np.log10(ticks[0])), float(np.log10(ticks[-1]))],
+            "tickvals": ticks,
+            "ticktext": [f"{t:g}×" for t in ticks],
+        },
+        yaxis={"title": "trials that still hold [%]", "range": [-4, 104]},
+    )
+
+
+def _banded(
+    run: int,
+    name: str,
+    at: list[float],
+    rates: Sequence[tuple[float, float, float]],
+    hover: str,
+    counts: list[str] | None = None,
+) -> list[Any]:
+    """Return the traces of a run's curve: the band between the lower and upper limits, and the middle."""
+    low, middle, high = ([round(100 * value, 2) for value in values] for values in zip(*rates, strict=True))
+    band = go.Scatter(
+        name=name,
+        x=at + at[::-1],
+        y=high + low[::-1],
+        mode="lines",
+        line={"width": 0},
+        fill="toself",
+        meta={"run": run, "band": True},
+        legendgroup=str(run),
+        showlegend=False,
+        hoverinfo="skip",
+    )
+    curve = go.Scatter(
+        name=name,
+        x=at,
+        y=middle,
+        mode="lines",
+        line={"width": 2},
+        meta={"run": run},
+        legendgroup=str(run),
+        customdata=counts,
+        hovertemplate="%{fullData.name}: " + hover + "<extra></extra>",
+    )
+    return [band, curve]
+
+
+def _told(rows: Sequence[T | None], names: list[str]) -> Iterator[tuple[int, T, str]]:
+    """Yield position, figures and label of each run that has such figures."""
+    for i, (row, name) in enumerate(zip(rows, _labels(names), strict=True)):
+        if row is not None:
+            yield i, row, name
 
 
 def seconds(rows: Sequence[Latency], names: list[str]) -> dict[str, Any]:

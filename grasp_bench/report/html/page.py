@@ -16,7 +16,7 @@ from plotly.offline import get_plotlyjs
 
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.objects.catalog import Catalog
-from grasp_bench.report.html.content import content
+from grasp_bench.report.html.content import content, p_value
 from grasp_bench.report.html.thumbnails import lacking, thumbnails
 from grasp_bench.report.html.trials import Embedded, embed, tries_of
 from grasp_bench.runs.results import RunResults
@@ -113,6 +113,7 @@ def _environment() -> Environment:
         lstrip_blocks=True,
     )
     environment.filters["percent"] = lambda x: f"{100 * x:.1f} %"
+    environment.filters["p_value"] = p_value
     environment.filters["beside"] = _beside
     return environment
 

@@ -58,6 +58,8 @@ def _numbers(record: Attempted, facts: dict[str, ObjectFacts]) -> dict[str, Any]
         "mass": known and round(1000 * known.mass, 1),
         "size": known and round(1000 * known.size, 1),
         "rank": record.rank,
+        "widening": record.widening_mm,
+        "shortfall": record.shortfall_mm,
         "lift": round(1000 * record.lift_height, 1),
         "force": round(record.contact_force, 2),
         "steps": record.sim_steps,
@@ -74,6 +76,13 @@ def _numbers(record: Attempted, facts: dict[str, ObjectFacts]) -> dict[str, Any]
         row |= {
             "position": [round(1000 * p, 2) for p in pose.position.tolist()],
             "opening": round(1000 * pose.opening, 2),
+        }
+    if record.success and (margin := record.margin):
+        row |= {
+            "margin": round(margin.force, 2),
+            "factor": round(margin.factor, 2),
+            "direction": margin.direction,
+            "torque": margin.torque,
         }
     if error := record.tcp_error:
         row |= {"tcp_mm": round(1000 * error.position, 3), "tcp_deg": round(degrees(error.angle), 3)}

@@ -11,6 +11,7 @@ import mujoco
 
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.predictors.protocol import Predictor, PrivilegedPredictor
+from grasp_bench.robot.cup import SuctionCup
 from grasp_bench.robot.gripper import Gripper
 from grasp_bench.robot.gripper_shape import GripperShape
 from grasp_bench.robot.robot import Robot
@@ -141,8 +142,10 @@ def easier(scenario: Scenario, removed: Removed) -> Scenario:
 
 
 def thinner(robot: Robot) -> Robot:
-    """Return the robot with thin fingers, as its planner knows it."""
+    """Return the robot with thin fingers, as its planner knows it; a suction cup has none."""
     gripper = robot.gripper
+    if isinstance(gripper, SuctionCup):
+        return robot
     return replace(robot, gripper=_Thin(gripper.name, gripper.folder, gripper.facts, gripper.scope))
 
 
@@ -158,13 +161,13 @@ class _Thin(Gripper):
 def alter(model: mujoco.MjModel, robot: Robot, removed: Removed) -> None:
     """Change friction, mass and fingers in a compiled model of a trial's world."""
     if "friction" in removed:
-        for pad in robot.gripper.pads:
+        for pad in dict.fromkeys(robot.gripper.pads):
             model.geom(robot.gripper_prefix + pad).friction[0] *= STICKIER
     if "mass" in removed:
         body = model.body(OBJECT)
         body.mass *= LIGHTER
         body.inertia *= LIGHTER
-    if "fingers" in removed:
+    if "fingers" in removed and not isinstance(robot.gripper, SuctionCup):
         _thin(model, robot.gripper, robot.gripper_prefix)
     if removed & {"mass", "fingers"}:
         mujoco.mj_setConst(model, mujoco.MjData(model))

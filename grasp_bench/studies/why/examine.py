@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.execution import worker
@@ -44,12 +44,14 @@ class Examined(Answer):
         verdict: how the trial done again as it was compares with its record.
         sets: first sets of causes without which it succeeds.
         tried: number of sets that were tried.
+        broken: number of replays that could not be done; they count as not saved.
     """
 
     new: tuple[Replayed, ...] = ()
     verdict: Verdict = Verdict.DIFFERENT
     sets: tuple[Removed, ...] = ()
     tried: int = 0
+    broken: int = 0
 
 
 def examine(
@@ -58,6 +60,7 @@ def examine(
     """Do a failed trial again as it was, and, where it ends as recorded, without causes of its failure."""
     replays = Counterfactuals(cell, catalog.load(job.object), predictor, job, settings.seed)
     known, new = dict(job.known), list[Replayed]()
+    job = replace(job, known=known)
     digest = digest_of(job.stored)
 
     def keep(removed: Removed, outcome: Outcome, seen: Verdict | None = None) -> Replayed:
@@ -78,8 +81,7 @@ def examine(
     sets, tried = ((), 0)
     if seen is not Verdict.DIFFERENT:
         sets, tried = first_success(applying(settings.scenario), succeeds)
-    timings = Timings(trial=job.trial)
-    return Examined(job, job.stored, timings, new=tuple(new), verdict=seen, sets=sets, tried=tried)
+    return _examined(job, seen, sets, tried, tuple(new))
 
 
 def recalled(job: Question, scenario: Scenario) -> Examined | None:
@@ -93,8 +95,15 @@ def recalled(job: Question, scenario: Scenario) -> Examined | None:
             sets, tried = first_success(applying(scenario), lambda removed: job.known[removed].success)
         except KeyError:
             return None
+    return _examined(job, again.verdict, sets, tried)
+
+
+def _examined(
+    job: Question, seen: Verdict, sets: tuple[Removed, ...], tried: int, new: tuple[Replayed, ...] = ()
+) -> Examined:
+    broken = sum(done.outcome is Outcome.ERROR for done in job.known.values())
     timings = Timings(trial=job.trial)
-    return Examined(job, job.stored, timings, verdict=again.verdict, sets=sets, tried=tried)
+    return Examined(job, job.stored, timings, new=new, verdict=seen, sets=sets, tried=tried, broken=broken)
 
 
 def _outcome(replays: Counterfactuals, removed: Removed) -> Outcome:

@@ -44,6 +44,7 @@ class Study:
         explained: the failures that could be done again.
         left_out: why others were not, by trial.
         rounded: trials that came out the same only within rounding.
+        broken: replays that could not be done and count as not saved, by trial.
         damaged: lines of ``why.jsonl`` that could not be read.
     """
 
@@ -55,6 +56,7 @@ class Study:
     explained: tuple[Explanation, ...]
     left_out: dict[int, str]
     rounded: tuple[int, ...]
+    broken: dict[int, int]
     damaged: int
 
     @property
@@ -120,7 +122,7 @@ def explain(
         if record.object not in catalog.entries:
             raise UnknownNameError("object", record.object, catalog.names)
     failed = len(failures) + len(left_out)
-    explained, rounded = list[Explanation](), list[int]()
+    explained, rounded, broken = list[Explanation](), list[int](), dict[int, int]()
     limit = settings.scenario.trial_timeout * MOST_REPLAYS
     patient = replace(settings, scenario=settings.scenario.model_copy(update={"trial_timeout": limit}))
     with Journal(out or folder / WHY) as journal:
@@ -133,7 +135,7 @@ def explain(
             if answer is None:
                 asked.append(question)
             else:
-                _sort_in(answer, explained, rounded, left_out)
+                _sort_in(answer, explained, rounded, broken, left_out)
         told = len(failures) - len(asked)
         progress(told, len(failures))
         count = min(workers or usable_cores(), max(len(asked), 1))
@@ -145,7 +147,7 @@ def explain(
                 else:
                     assert isinstance(answer, Examined)
                     journal.append(answer.new)
-                    _sort_in(answer, explained, rounded, left_out)
+                    _sort_in(answer, explained, rounded, broken, left_out)
                 progress(number, len(failures))
         damaged = journal.damaged
     return Study(
@@ -157,12 +159,17 @@ def explain(
         tuple(sorted(explained, key=lambda e: e.trial)),
         dict(sorted(left_out.items())),
         tuple(sorted(rounded)),
+        dict(sorted(broken.items())),
         damaged,
     )
 
 
 def _sort_in(
-    answer: Examined, explained: list[Explanation], rounded: list[int], left_out: dict[int, str]
+    answer: Examined,
+    explained: list[Explanation],
+    rounded: list[int],
+    broken: dict[int, int],
+    left_out: dict[int, str],
 ) -> None:
     """Put an examined trial to those that are explained, or to those that are left out."""
     record = answer.record
@@ -171,5 +178,7 @@ def _sort_in(
         return
     if answer.verdict is Verdict.ROUNDING:
         rounded.append(record.trial)
+    if answer.broken:
+        broken[record.trial] = answer.broken
     outcome = str(record.outcome)
     explained.append(Explanation(record.trial, record.object, outcome, answer.sets, answer.tried + 1))

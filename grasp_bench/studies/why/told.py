@@ -111,6 +111,12 @@ def notes(study: Study) -> list[str]:
         said.append(
             f"{len(study.rounded)} trials came out as recorded only within rounding, as on another processor."
         )
+    if study.broken:
+        shown = ", ".join(map(str, list(study.broken)[:5])) + (" …" if len(study.broken) > 5 else "")
+        said.append(
+            f"{sum(study.broken.values())} replays of {len(study.broken)} trials ({shown}) could not be "
+            "done, and count as not saved."
+        )
     if study.damaged:
         said.append(f"{study.damaged} damaged lines of the replays' file were passed over.")
     return said
@@ -154,6 +160,7 @@ def to_json(study: Study, pages: Pages) -> dict[str, Any]:
         ],
         "left_out": {str(trial): why for trial, why in study.left_out.items()},
         "within_rounding": list(study.rounded),
+        "broken_replays": {str(trial): count for trial, count in study.broken.items()},
     }
 
 

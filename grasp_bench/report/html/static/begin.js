@@ -3,7 +3,7 @@
 (() => {
   const $ = (id) => document.getElementById(id);
   const read = (id) => JSON.parse($(id).textContent);
-  const { runs, outcomes, trials, shown: newest, reference, versus } = read("data");
+  const { runs, outcomes, trials, shown: newest, reference, versus, firmer } = read("data");
   const charts = read("charts");
   const root = document.documentElement;
   const byKey = new Map(trials.map((t) => [`${t.run}/${t.trial}`, t]));

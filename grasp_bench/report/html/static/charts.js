@@ -27,7 +27,9 @@
   };
   // A figure holds all runs; what is drawn of it are the first few that were chosen.
   const chosenOf = (figure) => {
-    const drawn = picked.slice(0, SERIES);
+    const told = new Set(figure.data.map((t) => t.meta.run).filter((r) => r !== undefined));
+    const able = told.size ? picked.filter((r) => told.has(r)) : picked;   // of some runs a figure says nothing
+    const drawn = able.slice(0, SERIES);
     const whole = figure.data.filter((t) => t.meta.run === undefined || drawn.includes(t.meta.run));
     const layout = { ...figure.layout };
     let data = whole.map((t) => (t.meta.outcome === undefined && t.meta.phase === undefined ? t : cut(t, drawn)));
@@ -42,7 +44,9 @@
       data = data.map((t) => cut(t, used));
       layout.xaxis = { ...layout.xaxis, categoryarray: kept(names, used) };
     }
-    return { data, layout, left: picked.length - drawn.length, colours: new Map(drawn.map((r, i) => [r, i])) };
+    const few = picked.length <= SERIES;   // the same colours in all charts
+    const colours = new Map(drawn.map((r, i) => [r, few ? picked.indexOf(r) : i]));
+    return { data, layout, left: able.length - drawn.length, colours };
   };
   const coloured = ({ data: traces, layout: placed, colours }) => {
     const soft = colour("--soft"), grid = colour("--grid");
@@ -54,6 +58,7 @@
           : phase !== undefined ? colour(`--run-${phase % SERIES}`) : soft;
       const made = { ...trace, marker: { ...trace.marker, color: own } };
       if (trace.mode?.includes("lines")) made.line = { ...trace.line, color: own };
+      if (trace.meta.band) made.fillcolor = `${own}30`;
       if (trace.error_y) made.error_y = { ...trace.error_y, color: own };
       return made;
     });

@@ -3,12 +3,16 @@
   const order = boxes.map((box) => Number(box.value));   // as the tables list them
   let picked = order.filter((i) => newest.includes(i));
   let against = reference;
+  const OWN = [["merits", "no-merits"], ["held", "no-held"]].filter(([id]) => $(id));   // not of every run
   const showPicked = () => {
     for (const box of boxes) {
       box.checked = picked.includes(Number(box.value));
       box.closest("tr").classList.toggle("picked", box.checked);
     }
-    for (const part of document.querySelectorAll("[data-of]")) part.hidden = !picked.includes(Number(part.dataset.of));
+    for (const part of document.querySelectorAll("[data-of]")) {   // of one run or several
+      part.hidden = !part.dataset.of.split(" ").some((i) => picked.includes(Number(i)));
+    }
+    for (const [table, none] of OWN) $(none).hidden = [...$(table).children].some((row) => !row.hidden);
     $("chosen").textContent = `${picked.length} of ${runs.length} run${runs.length === 1 ? "" : "s"} shown below`;
     redraw();
     showPairs();
@@ -33,14 +37,22 @@
   };
 
   // ------------------------------------------------------------ one of them against the others
-  const showPairs = () => {
-    const rows = order.map((i) => versus[against].find(([run]) => run === i)).filter(Boolean);
-    $("pairs").replaceChildren(...rows.map(([run, ...cells]) => {
+  const compared = (found, id) => {
+    const rows = order.map((i) => found[against].find(([run]) => run === i)).filter(Boolean);
+    $(id).replaceChildren(...rows.map(([run, ...cells]) => {
       const name = element("th", { scope: "row" }, runs[run].label);
       return element("tr", {}, name, ...cells.map((c) => element("td", { class: "num" }, String(c ?? "–"))));
     }));
-    $("no-pairs").hidden = rows.length > 0;
-    document.querySelector(".pairs").hidden = !rows.length;
+    $(`no-${id}`).hidden = rows.length > 0;
+    $(id).closest("table").hidden = !rows.length;
+    return rows;
+  };
+  const showPairs = () => {
+    const rows = compared(versus, "pairs");
+    if ($("firmer")) {
+      compared(firmer, "firmer");
+      $("firm-reference").textContent = runs[against].name;
+    }
     $("discordant").hidden = true;
     const mine = new Map(trials.filter((t) => t.run === against).map((t) => [t.same, t]));
     const lists = picked.filter((i) => i !== against && rows.some(([run]) => run === i)).flatMap((i) => {

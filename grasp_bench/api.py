@@ -18,7 +18,9 @@ from grasp_bench.execution.runner import run as run_trials
 from grasp_bench.media.modes import check_mode
 from grasp_bench.objects.catalog import Catalog, ObjectModel, folder_of
 from grasp_bench.objects.fitted import graspable, is_reference
+from grasp_bench.planning.planner import Planner
 from grasp_bench.planning.reach import check_reach
+from grasp_bench.planning.viewing import view_motions
 from grasp_bench.predictors.guard import Guard
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.report.run import Run
@@ -130,6 +132,8 @@ def run(
     asked = list(chosen.objects.names) or "all" if objects is None else objects
     catalog, names = select_objects(asked, gripper, chosen.objects.folder)
     check_reach(chosen)
+    if chosen.camera.mount == "wrist":
+        view_motions(Planner(chosen))
     names, left_out = graspable(catalog, names, gripper)
     if not names:
         raise GraspBenchError(f"Gripper {gripper.name} can grasp none of {', '.join(left_out[:8])}.")

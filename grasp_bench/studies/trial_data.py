@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from grasp_bench.camera import RgbdImage
+from grasp_bench.camera import CameraPose, RgbdImage
 from grasp_bench.errors import GraspBenchError, ResultsError
 from grasp_bench.objects.catalog import Catalog, folder_of
 from grasp_bench.runs.info import RUN
@@ -29,6 +30,7 @@ from grasp_bench.scenario.seeding import Streams
 from grasp_bench.trials.attempt import take_first_picture
 from grasp_bench.trials.clock import Clock
 from grasp_bench.trials.trial import own_table
+from grasp_bench.trials.views import take_views
 from grasp_bench.trials.workcell import Workcell
 
 DEPTH_UNIT = 1e-4
@@ -119,12 +121,13 @@ def _rows(run: RunResults, folder: Path, objects: Path | None) -> Iterator[dict[
         table, clock = own_table(cell, model, streams), Clock()
         world = table.build()
         table.settle(world)
-        _, image = take_first_picture(cell, table, world, streams, clock)
-        yield _row(record, image, cell)
+        first = partial(take_first_picture, cell, table, world, streams, clock)
+        view = take_views(cell, world, streams, clock, first)[0]
+        yield _row(record, view.image, view.believed)
 
 
-def _row(record: TrialRecord, image: RgbdImage, cell: Workcell) -> dict[str, Any]:
-    k, camera = image.intrinsics, cell.camera.pose
+def _row(record: TrialRecord, image: RgbdImage, camera: CameraPose) -> dict[str, Any]:
+    k = image.intrinsics
     row: dict[str, Any] = {
         "trial": record.trial,
         "object": record.object,

@@ -21,7 +21,7 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 
 
 SERVER = f"cmd: {sys.executable} 06_server.py --port {{port}}"
-POSES = f"cmd: {sys.executable} 08_pose_server.py --port {{port}}"
+POSES = f"cmd: {sys.executable} 09_pose_server.py --port {{port}}"
 
 
 @pytest.mark.parametrize(
@@ -30,7 +30,7 @@ POSES = f"cmd: {sys.executable} 08_pose_server.py --port {{port}}"
         "01_my_predictor:Highest",
         "05_opencv_predictor:Rectangle",
         "steepest_grasps:Steepest",
-        "09_tsdf_predictor:Fused",
+        "10_tsdf_predictor:Fused",
         SERVER,
         POSES,
     ],
@@ -54,7 +54,7 @@ def test_an_example_grasps_what_stands_out_and_keeps_to_the_protocol(
     getattr(predictor, "close", lambda: None)()
 
 
-@pytest.mark.parametrize("name", ["06_server.py", "08_pose_server.py"])
+@pytest.mark.parametrize("name", ["06_server.py", "09_pose_server.py"])
 def test_the_server_needs_no_grasp_bench(name: str) -> None:
     imported = re.findall(r"^(?:from|import) (\w+)", (EXAMPLES / name).read_text(), re.MULTILINE)
     assert set(imported) <= {"argparse", "io", "json", "http", "numpy", "importlib", "collections"}

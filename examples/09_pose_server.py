@@ -6,10 +6,10 @@ weights stay theirs. --network names a function that takes points (N, 3) [m], co
 that --axes says (ours, contact-graspnet or graspnet):
 
     cd examples
-    grasp-bench predictors check 'cmd: python 08_pose_server.py --port {port}'
-    grasp-bench run --trials 20 --predictor 'cmd: python 08_pose_server.py --port {port}'
+    grasp-bench predictors check 'cmd: python 09_pose_server.py --port {port}'
+    grasp-bench run --trials 20 --predictor 'cmd: python 09_pose_server.py --port {port}'
 
-and with a network, --predictor 'cmd: its-python 08_pose_server.py --network my_net:run --port {port}'.
+and with a network, --predictor 'cmd: its-python 09_pose_server.py --network my_net:run --port {port}'.
 Without one it answers with what geometry alone says: the middle of what stands out, from above.
 """
 

@@ -16,9 +16,11 @@ from grasp_bench.execution.executors import make_executor
 from grasp_bench.execution.runner import RunSummary
 from grasp_bench.execution.runner import run as run_trials
 from grasp_bench.media.modes import check_mode
-from grasp_bench.objects.catalog import Catalog, ObjectModel
+from grasp_bench.objects.catalog import Catalog, ObjectModel, folder_of
 from grasp_bench.objects.fitted import graspable, is_reference
+from grasp_bench.planning.planner import Planner
 from grasp_bench.planning.reach import check_reach
+from grasp_bench.planning.viewing import view_motions
 from grasp_bench.predictors.guard import Guard
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.report.run import Run
@@ -128,8 +130,10 @@ def run(
     chosen = scenario if isinstance(scenario, Scenario) else load_scenario(os.fspath(scenario))
     gripper = chosen.robot.loaded.gripper
     asked = list(chosen.objects.names) or "all" if objects is None else objects
-    catalog, names = select_objects(asked, gripper)
+    catalog, names = select_objects(asked, gripper, chosen.objects.folder)
     check_reach(chosen)
+    if chosen.camera.mount == "wrist":
+        view_motions(Planner(chosen))
     names, left_out = graspable(catalog, names, gripper)
     if not names:
         raise GraspBenchError(f"Gripper {gripper.name} can grasp none of {', '.join(left_out[:8])}.")
@@ -202,18 +206,19 @@ def load_object(name: str, folder: PathLike | None = None) -> ObjectModel:
 
 
 def select_objects(
-    objects: PathLike | Sequence[str], gripper: Gripper = PARALLEL_85
+    objects: PathLike | Sequence[str], gripper: Gripper = PARALLEL_85, home: str = "objects"
 ) -> tuple[Catalog, list[str]]:
     """Return the catalogue and the names that ``objects`` means; see :func:`run`.
 
     Of a folder, objects that are marked as having no grasp that fits the reference gripper are left out;
-    which of them fit another ``gripper`` is known when they are prepared for it.
+    which of them fit another ``gripper`` is known when they are prepared for it. Names are looked for in
+    ``home``, the scenario's set of objects.
 
     Raises:
         GraspBenchError: where none is left.
     """
     if not isinstance(objects, (str, os.PathLike)):
-        return (catalog := Catalog()), catalog.select(",".join(objects))
+        return (catalog := Catalog(folder_of(home))), catalog.select(",".join(objects))
     what = os.fspath(objects)
     if what != "all" and os.path.isdir(what):
         catalog = Catalog(Path(what))
@@ -225,7 +230,7 @@ def select_objects(
         return catalog, [n for n in catalog.names if n not in without]
     if "/" in what:
         raise GraspBenchError(f"The folder {what} of --objects does not exist here, in {Path.cwd()}.")
-    return (catalog := Catalog()), catalog.select(what)
+    return (catalog := Catalog(folder_of(home))), catalog.select(what)
 
 
 def named(predictor: str | type | Predictor) -> tuple[str, Predictor | None]:

@@ -7,6 +7,7 @@ Depth is z-depth (distance along the optical axis, not range) in metres, 0 where
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -179,3 +180,27 @@ class RgbdImage:
         """
         chosen = self.valid if within is None else self.valid & within
         return self.points[chosen], self.rgb[chosen]
+
+
+@dataclass(frozen=True)
+class View:
+    """One of several pictures of a scene.
+
+    Attributes:
+        image: the picture.
+        position, rotation: where its camera stands in the frame of the first one's, (3,) [m] and (3, 3), as
+            the robot believes.
+    """
+
+    image: RgbdImage
+    position: Floats
+    rotation: Floats
+
+
+def fused(views: Sequence[View]) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
+    """Return the points (N, 3) [m] of all views in the first camera's frame, and their colours (N, 3)."""
+    clouds = [view.image.cloud() for view in views]
+    places = [
+        points @ view.rotation.T + view.position for view, (points, _) in zip(views, clouds, strict=True)
+    ]
+    return np.concatenate(places).astype(np.float32), np.concatenate([colours for _, colours in clouds])

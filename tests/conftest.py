@@ -21,8 +21,9 @@ from hypothesis import settings
 from grasp_bench.cli import main
 from grasp_bench.objects.catalog import Catalog, ObjectModel
 from grasp_bench.planning.planner import Planner
+from grasp_bench.scenario.cameras import Camera
 from grasp_bench.scenario.reading import load_scenario
-from grasp_bench.scenario.sections import Camera, Scenario
+from grasp_bench.scenario.sections import Scenario
 from grasp_bench.workshop import poses
 from grasp_bench.workshop.build import build_shape, write_manifest
 from grasp_bench.workshop.model import ObjectSpec, Part

@@ -21,10 +21,19 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 
 
 SERVER = f"cmd: {sys.executable} 06_server.py --port {{port}}"
+POSES = f"cmd: {sys.executable} 09_pose_server.py --port {{port}}"
 
 
 @pytest.mark.parametrize(
-    "path", ["01_my_predictor:Highest", "05_opencv_predictor:Rectangle", "steepest_grasps:Steepest", SERVER]
+    "path",
+    [
+        "01_my_predictor:Highest",
+        "05_opencv_predictor:Rectangle",
+        "steepest_grasps:Steepest",
+        "10_tsdf_predictor:Fused",
+        SERVER,
+        POSES,
+    ],
 )
 def test_an_example_grasps_what_stands_out_and_keeps_to_the_protocol(
     path: str, monkeypatch: pytest.MonkeyPatch
@@ -45,10 +54,10 @@ def test_an_example_grasps_what_stands_out_and_keeps_to_the_protocol(
     getattr(predictor, "close", lambda: None)()
 
 
-def test_the_server_needs_no_grasp_bench() -> None:
-    source = (EXAMPLES / "06_server.py").read_text()
-    imported = re.findall(r"^(?:from|import) (\w+)", source, re.MULTILINE)
-    assert set(imported) == {"argparse", "io", "json", "http", "numpy"}
+@pytest.mark.parametrize("name", ["06_server.py", "09_pose_server.py"])
+def test_the_server_needs_no_grasp_bench(name: str) -> None:
+    imported = re.findall(r"^(?:from|import) (\w+)", (EXAMPLES / name).read_text(), re.MULTILINE)
+    assert set(imported) <= {"argparse", "io", "json", "http", "numpy", "importlib", "collections"}
 
 
 def test_the_package_declares_what_its_module_holds(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

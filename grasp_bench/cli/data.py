@@ -172,3 +172,27 @@ def info_command(
     if faults:
         typer.echo(f"{len(faults)} of {len(found.entries)} images cannot be read.", err=True)
         raise typer.Exit(1)
+
+
+@data_app.command("trials")
+def trials_command(
+    run: Annotated[Path, typer.Argument(help="Folder of a finished run.")],
+    out: Annotated[Path, typer.Option("--out", "-o", help="File to write.")] = Path("trials.parquet"),
+    objects: Annotated[
+        Path | None, typer.Option(help="Folder of the run's objects; by default the scenario's.")
+    ] = None,
+) -> None:
+    """Write a run's trials into a Parquet file to train on: image, grasp, outcome and margin of each.
+
+    Images are made again from the run's seed. Needs the extra `parquet`.
+    Example: grasp-bench data trials results/htc-grasp-graded-seed0 --out trials.parquet
+    """
+    from rich.console import Console
+
+    from grasp_bench.runs.results import RunResults
+    from grasp_bench.studies.trial_data import export_trials
+
+    with counting(Console(stderr=True)) as progress:
+        task = progress.add_task("trials", total=len(RunResults(run)), state="")
+        count = export_trials(run, out, objects, lambda done: progress.update(task, completed=done))
+    typer.echo(f"{count} trials in {out}, {out.stat().st_size / 1e6:.1f} MB.")

@@ -9,12 +9,14 @@ from typing import Annotated, Any
 
 import typer
 
+from grasp_bench.cli.objects_grasps import grasps_command
 from grasp_bench.cli.objects_import import import_command
 from grasp_bench.errors import AssetError, UnknownNameError
 from grasp_bench.system.graphics import with_gl, without_gl
 
 objects_app = typer.Typer(no_args_is_help=True, help="List, show, verify, picture, build and import objects.")
 objects_app.command("import")(import_command)
+objects_app.command("grasps")(grasps_command)
 
 Folder = Annotated[
     Path | None, typer.Option("--folder", help="A folder of objects; the shipped 180 by default.")

@@ -11,6 +11,8 @@ from grasp_bench.runs.info import RUN
 from grasp_bench.runs.results import RunResults
 
 ORACLE = "oracle"
+BEYOND = ("oracle-6dof",)
+"""Controls that may lift what no grasp from above can, and so more than the oracle."""
 LEAST_RATE = 899 / 900
 """What an upper bound lifts on single objects."""
 
@@ -20,8 +22,8 @@ def check_bound(folder: Path) -> list[Check]:
     run = RunResults(folder)
     if run.predictor != ORACLE or not len(run):
         return []
-    beside = (p.parent for p in sorted(folder.resolve().parent.glob(f"*/{RUN}")))
-    return [upper_bound(run, map(RunResults, beside))]
+    beside = (RunResults(p.parent) for p in sorted(folder.resolve().parent.glob(f"*/{RUN}")))
+    return [upper_bound(run, (other for other in beside if other.predictor not in BEYOND))]
 
 
 def upper_bound(oracle: RunResults, others: Iterable[RunResults]) -> Check:

@@ -11,7 +11,7 @@ from grasp_bench.errors import ResultsError, UnknownNameError
 from grasp_bench.execution.describe import describe
 from grasp_bench.execution.protocol import Executor
 from grasp_bench.execution.runner import carry_out
-from grasp_bench.objects.catalog import Catalog
+from grasp_bench.objects.catalog import Catalog, folder_of
 from grasp_bench.predictors.names import parse
 from grasp_bench.predictors.trust import require
 from grasp_bench.runs.folder import TRIALS, load_run
@@ -71,7 +71,8 @@ def rerun(
     """
     run = load_run(folder)
     require(run.predictor, folder, trust)
-    catalog = Catalog(objects)
+    scenario = run.parsed(str(folder / RUN))
+    catalog = Catalog(objects or folder_of(scenario.objects.folder))
     names = run.tried
     for name in names:
         if name not in catalog.entries:
@@ -80,9 +81,7 @@ def rerun(
                 f"{folder} is a run on objects that {catalog.folder} does not hold; name "
                 f"their folder with --objects. {where}"
             )
-    settings = Settings(
-        run.parsed(str(folder / RUN)), catalog.folder.resolve(), run.predictor, run.seed, run.renderer
-    )
+    settings = Settings(scenario, catalog.folder.resolve(), run.predictor, run.seed, run.renderer)
     jobs = spread(names, run.trials)
     before = _chosen(folder, jobs, trials)
     here = describe(settings, jobs, catalog, run.implementation)

@@ -101,6 +101,7 @@ class ObjectModel:
         friction: sliding friction coefficient against the finger pads.
         poses: resting poses, most probable first.
         digest: SHA-256 over its files, as the manifest records them.
+        put_in: numbers of the poses that trials use; empty for those in which some grasp fits the gripper.
     """
 
     name: str
@@ -111,11 +112,12 @@ class ObjectModel:
     friction: float
     poses: tuple[RestingPose, ...]
     digest: str
+    put_in: tuple[int, ...] = ()
 
     @property
     def graspable_poses(self) -> tuple[RestingPose, ...]:
-        """The poses that trials use: those in which some grasp fits the gripper."""
-        return tuple(p for p in self.poses if p.grasps)
+        """The poses that trials use: those chosen, or those in which some grasp fits the gripper."""
+        return tuple(self.poses[i] for i in self.put_in) or tuple(p for p in self.poses if p.grasps)
 
     @cached_property
     def visual(self) -> list[VisualPart]:
@@ -153,6 +155,12 @@ def _load_glb(path: Path) -> Any:
 def combined_digest(files: dict[str, str]) -> str:
     """Return one digest of an object's file digests."""
     return hashlib.sha256(json.dumps(files, sort_keys=True).encode()).hexdigest()
+
+
+def folder_of(name: str) -> Path:
+    """Return the folder of a shipped set of objects by its name, or of anyone's by its path."""
+    shipped = assets_dir() / name
+    return shipped if (shipped / MANIFEST).is_file() else Path(name)
 
 
 class Catalog:

@@ -11,6 +11,7 @@ from functools import lru_cache
 import mujoco
 import numpy as np
 
+from grasp_bench.camera import CameraPose, Intrinsics
 from grasp_bench.grasps import GraspPose
 from grasp_bench.planning.seen import STRAYS, STRAYS_UNDER_HAND
 from grasp_bench.robot.robot import Robot
@@ -142,6 +143,19 @@ class Obstacles:
             if ((np.abs((near - centre) @ turn) < half).all(1)).sum() >= STRAYS_UNDER_HAND / EVERY:
                 return "what was seen with its arm"
         return ""
+
+    def in_view(self, q: Floats, camera: CameraPose, intrinsics: Intrinsics) -> bool:
+        """Return whether a camera sees the arm's links at joint angles ``q`` (N,), the hand aside."""
+        self._put(q, self.robot.gripper.opening)
+        mujoco.mj_kinematics(self.model, self.data)
+        corners = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, 8).T
+        boxes = self.model.geom_aabb[self._links]
+        places = boxes[:, None, :3] + corners * boxes[:, None, 3:]
+        turns = self.data.geom_xmat[self._links].reshape(-1, 3, 3)
+        world = np.einsum("gij,gkj->gki", turns, places) + self.data.geom_xpos[self._links][:, None]
+        seen = camera.to_camera(world).reshape(-1, 3)
+        u, v = intrinsics.project(seen[seen[:, 2] > 0.01]).T
+        return bool(((u > 0) & (u < intrinsics.width) & (v > 0) & (v < intrinsics.height)).any())
 
     def _overlaps(self, q: Floats, opening: float) -> set[tuple[int, int]]:
         """Return the pairs of bodies that overlap, the lower number first; 0 is the table."""

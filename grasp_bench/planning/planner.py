@@ -5,7 +5,8 @@ Nothing here knows the simulator: the planner sees what the camera saw, and the 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -33,7 +34,7 @@ CLEAR = 0.03
 DOWN = np.array([0.0, 0.0, -1.0])
 UPRIGHT = -1 + 1e-9
 """A hand whose approach has a lesser z than this points straight down."""
-ENTRY = 16
+ENTRY = 24
 """Postures on the way from home that are looked at."""
 
 
@@ -90,6 +91,11 @@ class Aim:
 def _upright(pose: GraspPose) -> bool:
     """Return whether the hand points straight down."""
     return bool(pose.approach[2] < UPRIGHT)
+
+
+def _turned(posture: Sequence[float], end: Floats) -> Floats:
+    """Return a posture (N,) whose first joint is turned as in another [rad]."""
+    return np.array([end[0], *posture[1:]])
 
 
 def straight(start: Floats, end: Floats) -> list[Floats]:
@@ -209,18 +215,20 @@ class Planner:
             return found
 
         back = chain(place, raised if upright else stand_off, q)
-        up = [] if upright or above - stand_off[2] < 1e-6 else chain(stand_off, raised, back[-1])
+        up: list[Floats] = []
+        if not upright and above - stand_off[2] > 1e-6:
+            with suppress(Unreachable):  # then straight to the stand-off, where nothing is in the way
+                up = chain(stand_off, raised, back[-1])
         lift = chain(place, lifted, q)
         carry = chain(lifted, target, lift[-1])
+        reach = timed([np.asarray(self.robot.arm.home), (up or back)[-1]], period, fraction)
         if aim.points is not None or not upright:
-            free = [q, *back, *up, *lift, *carry]
-            entry = np.linspace(self.robot.arm.home, (up or back)[-1], ENTRY)
-            self._check(aim, [*free, *entry])
+            self._check(aim, [q, *back, *up, *lift, *carry])
+            reach = self._entry(aim, (up or back)[-1], lambda stops: timed(stops, period, fraction))
         shake = self.shake(GraspPose(lifted, candidate.rotation, 0.0), lift[-1], period)
         if shake is None:
             raise Unreachable
         speed = motion.approach_speed
-        reach = timed([np.asarray(self.robot.arm.home), (up or back)[-1]], period, fraction)
         length = above - place[2] if upright else motion.approach_height
         approach = timed([*back[::-1], q], period, fraction, length, speed)
         if up:
@@ -245,7 +253,27 @@ class Planner:
             shake,
         )
 
-    def _check(self, aim: Aim, postures: Sequence[Floats]) -> None:
+    def _entry(self, aim: Aim, end: Floats, reach: Callable[[list[Floats]], Trajectory]) -> Trajectory:
+        """Return a motion from home to ``end`` (N,): straight, or by a posture that is turned towards it.
+
+        Args:
+            reach: makes the motion through postures.
+
+        Raises:
+            Unreachable: where it meets something any way.
+        """
+        home, why = np.asarray(self.robot.arm.home), Unreachable()
+        for via in ([], *([_turned(q, end)] for q in (self.robot.arm.ready, home))):
+            motion = reach([home, *via, end])
+            looks = np.linspace(0, len(motion.positions) - 1, ENTRY).astype(int)
+            try:
+                self._check(aim, motion.positions[looks])
+                return motion
+            except Unreachable as error:
+                why = error
+        raise why
+
+    def _check(self, aim: Aim, postures: Sequence[Floats] | Floats) -> None:
         """Refuse a way on which the arm meets something.
 
         Raises:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -30,10 +31,17 @@ class SeenScene:
     Args:
         camera: pose of the camera that took it.
         directions: (H, W, 3) world directions of the pixels' rays; computed where they are not given.
+        others: what other pictures show of the same table.
     """
 
-    def __init__(self, image: RgbdImage, camera: CameraPose, directions: Floats | None = None) -> None:
-        self.image, self.camera = image, camera
+    def __init__(
+        self,
+        image: RgbdImage,
+        camera: CameraPose,
+        directions: Floats | None = None,
+        others: Sequence[SeenScene] = (),
+    ) -> None:
+        self.image, self.camera, self._others = image, camera, others
         self._rays = image.intrinsics.rays() @ camera.rotation.T if directions is None else directions
         self.heights = camera.position[2] + image.depth * self._rays[..., 2]
         self.heights[~image.valid] = np.nan
@@ -54,22 +62,11 @@ class SeenScene:
 
     @cached_property
     def points(self) -> Floats:
-        """(N, 3) places of what stands higher than the table's noise [m], flying pixels left out."""
-        chosen = self._steady & (self.heights > TABLE_NOISE)
-        return self.camera.position + self._rays[chosen] * self.image.depth[chosen][:, None]
-
-    @property
-    def _steady(self) -> NDArray[np.bool_]:
-        """(H, W) mask of pixels of whose eight neighbours :data:`NEIGHBOURS` lie about as far away: cameras
-        mix near and far at edges, and such readings hang in the air."""
-        depth = self.image.depth
-        padded = np.pad(depth, 1)
-        h, w = depth.shape
-        beside = [
-            padded[1 + r : 1 + r + h, 1 + c : 1 + c + w] for r in (-1, 0, 1) for c in (-1, 0, 1) if r or c
-        ]
-        near = sum((np.abs(other - depth) < SAME_SURFACE).astype(np.uint8) for other in beside)
-        return self.image.valid & (near >= NEIGHBOURS)
+        """(N, 3) places of what stands higher than the table's noise in any picture [m], flying pixels left
+        out."""
+        chosen = self.image.valid & steady(self.image.depth) & (self.heights > TABLE_NOISE)
+        own = self.camera.position + self._rays[chosen] * self.image.depth[chosen][:, None]
+        return np.concatenate([own, *(other.points for other in self._others)])
 
     def on_plane(self, pixel: Floats, height: float) -> Floats:
         """Return the world point where the ray through ``pixel`` (2,) meets the plane z = ``height``.
@@ -124,6 +121,17 @@ class SeenScene:
         h, w = self.heights.shape
         (left, top), (right, bottom) = np.clip([low, high], 0, [w, h])
         return slice(int(top), int(bottom)), slice(int(left), int(right))
+
+
+def steady(depth: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Return the (H, W) mask of pixels of whose eight neighbours :data:`NEIGHBOURS` lie about as far away.
+
+    Cameras mix near and far at edges, and such readings hang in the air.
+    """
+    padded, (h, w) = np.pad(depth, 1), depth.shape
+    beside = [padded[1 + r : 1 + r + h, 1 + c : 1 + c + w] for r in (-1, 0, 1) for c in (-1, 0, 1) if r or c]
+    near = sum((np.abs(other - depth) < SAME_SURFACE).astype(np.uint8) for other in beside)
+    return np.asarray(near >= NEIGHBOURS)
 
 
 def highest(heights: Floats, strays: int = STRAYS) -> float:

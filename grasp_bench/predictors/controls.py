@@ -45,6 +45,8 @@ def placed(truth: GroundTruth) -> list[tuple[Grasp, Floats, Floats, ReferenceGra
     """Return the reference grasps of the pose an object is in, as a camera sees them, with their tip and axis
     (3,) in the world."""
     ups = [p.rotation[2] @ truth.rotation[2] for p in truth.model.graspable_poses]
+    if not ups:
+        return []
     pose = truth.model.graspable_poses[int(np.argmax(ups))]
     found = []
     for g in pose.grasps:

@@ -10,12 +10,14 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
-from grasp_bench.camera import CameraPose, Intrinsics, RgbdImage
+from grasp_bench.camera import CameraPose, Intrinsics, RgbdImage, View
 from grasp_bench.errors import PredictorError
 from grasp_bench.grasps import Grasp, GraspPose, KnownGrasp, SpatialGrasp, wrap_angle
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.predictors.guard import Guard
 from grasp_bench.predictors.spatial import checked_pose
+from grasp_bench.robot.gripper import Gripper
+from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.system.arrays import Floats
 from grasp_bench.system.texts import named, shown
 
@@ -37,6 +39,8 @@ class Predictor(Protocol):
       stream: one that draws numbers must use it, or its runs cannot be repeated;
     - ``info() -> dict``, JSON-able facts that identify it beyond its source, such as the hash of its
       weights: they are written to ``run.json``, and a run resumes only while they stay the same;
+    - ``predict_views(views: list[View])``, asked instead in trials, where there may be several pictures;
+      grasps refer to the first one;
     - ``last_maps: GraspMaps | None`` and ``crop_origin: tuple[int, int]``, its dense answer to the last image
       and where its corner is in that image [px]: pictures of trials show its quality;
     - ``close()``, called when it is not needed any more.
@@ -57,6 +61,7 @@ class GroundTruth:
     Attributes:
         position, rotation: the object's pose in the world, (3,) [m] and (3, 3).
         camera, intrinsics: those of the camera that takes the image.
+        gripper: the robot's.
     """
 
     model: ObjectModel
@@ -64,6 +69,7 @@ class GroundTruth:
     rotation: Floats
     camera: CameraPose
     intrinsics: Intrinsics
+    gripper: Gripper = PARALLEL_85
 
 
 class PrivilegedPredictor(ABC):
@@ -96,7 +102,11 @@ def begin(predictor: Predictor, rng: np.random.Generator) -> None:
 
 
 def ask(
-    predictor: Predictor, image: RgbdImage, rng: np.random.Generator, truths: Sequence[GroundTruth] = ()
+    predictor: Predictor,
+    image: RgbdImage,
+    rng: np.random.Generator,
+    truths: Sequence[GroundTruth] = (),
+    views: Sequence[View] = (),
 ) -> list[Grasp]:
     """Ask a predictor, and check what it says.
 
@@ -107,6 +117,7 @@ def ask(
         predictor: the one asked; it gets a copy of the image.
         rng: the trial's random stream, for a predictor that has ``begin``.
         truths: what controls are told of each object; empty where there is no simulator.
+        views: all pictures, ``image`` first, for a predictor that has ``predict_views``.
 
     Raises:
         PredictorError: for an exception in the predictor, an answer that is no list of grasps inside the
@@ -116,6 +127,9 @@ def ask(
         begin(predictor, rng)
         if truths and isinstance(predictor, PrivilegedPredictor):
             return _in_turn(predictor, image, truths)
+        several = getattr(predictor, "predict_views", None)
+        if several is not None and views:
+            grasps = several([replace(view, image=_copied(view.image)) for view in views])
         else:
             grasps = predictor.predict(_copied(image))
         return checked(grasps, image.intrinsics)

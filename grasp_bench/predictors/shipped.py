@@ -13,6 +13,8 @@ from grasp_bench.networks.store import WeightsFile, shipped_file, stored_input
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.predictors.sources import resolve
 
+SPATIAL = "spatial_controls"
+"""Module of the controls of grasps in six degrees of freedom."""
 NETWORK_PREDICTOR = "grasp_bench.predictors.network:NetworkPredictor"
 
 
@@ -94,9 +96,9 @@ class Shipped:
         }
 
 
-def _control(name: str, summary: str) -> Shipped:
+def _control(name: str, summary: str, module: str = "controls") -> Shipped:
     maker = name.capitalize().replace("-", "")
-    return Shipped(name, "control", summary, f"grasp_bench.predictors.controls:{maker}")
+    return Shipped(name, "control", summary, f"grasp_bench.predictors.{module}:{maker}")
 
 
 SHIPPED: dict[str, Shipped] = {
@@ -107,6 +109,8 @@ SHIPPED: dict[str, Shipped] = {
             for network, weights in all_weights().values()
         ),
         _control("oracle", "upper bound: reference grasps of the true mesh, tried out beforehand"),
+        _control("oracle-6dof", "upper bound from any direction: as oracle, not only from above", SPATIAL),
+        _control("antipodal-6dof", "hands pushed into the point cloud, after Grasp Pose Detection", SPATIAL),
         _control("antipodal", "opposite depth edges, after Dex-Net's sampling"),
         _control("centroid", "middle and shorter axis of the depth blob"),
         _control("random", "a random place and direction on the object"),

@@ -219,10 +219,10 @@ def _pose(i: int, row: dict[str, Any]) -> GraspPose:
         raise PredictorError(
             f"grasp {i} of the answer must have {', '.join(_POSE[:3])} and quality, got {repr(row)[:100]}"
         )
-    numbers = {}
+    numbers: dict[str, Any] = {}
     for name, value in row.items():
-        shape = {"position": (3,), "rotation": (3, 3)}.get(name, ())
-        flat = [value] if shape == () else value
+        shape: tuple[int, ...] = {"position": (3,), "rotation": (3, 3)}.get(name, ())
+        flat: Any = value if shape else [value]
         if shape == (3, 3) and isinstance(value, list) and all(isinstance(r, list) for r in value):
             flat = [v for r in value for v in r]
         right = isinstance(flat, list) and len(flat) == math.prod(shape)
@@ -230,7 +230,7 @@ def _pose(i: int, row: dict[str, Any]) -> GraspPose:
             what = {(): "a number", (3,): "a list of 3 numbers"}.get(shape, "3 lists of 3 numbers")
             raise PredictorError(f"grasp {i} of the answer: {name} must be {what}, got {repr(value)[:100]}")
         try:
-            numbers[name] = np.array([float(v) for v in flat]).reshape(shape) if shape else float(value)
+            numbers[name] = np.array([float(v) for v in flat]).reshape(shape)
         except OverflowError as error:
             raise PredictorError(
                 f"grasp {i} of the answer: {name} holds a number beyond reckoning"

@@ -12,7 +12,7 @@ from grasp_bench.errors import GraspBenchError, ResultsError
 from grasp_bench.execution.describe import describe
 from grasp_bench.media.recording import Recording
 from grasp_bench.media.takes import Take
-from grasp_bench.objects.catalog import Catalog
+from grasp_bench.objects.catalog import Catalog, folder_of
 from grasp_bench.predictors.identity import identify
 from grasp_bench.predictors.trust import require
 from grasp_bench.predictors.use import in_use
@@ -187,8 +187,8 @@ def settings_of(run: RunInfo, folder: Path, objects: Path | None, trust: bool) -
         GraspBenchError: for objects, a predictor or a scenario that are not available here.
     """
     require(run.predictor, folder, trust)
-    catalog = Catalog(objects)
     scenario = run.parsed(str(folder / RUN))
+    catalog = Catalog(objects or folder_of(scenario.objects.folder))
     settings = Settings(scenario, catalog.folder.resolve(), run.predictor, run.seed, run.renderer)
     return settings, catalog
 

@@ -150,7 +150,12 @@ class InverseKinematics:
         found: list[Joints] = []
         for start in self.postures.near(pose):
             q = self.solve(pose, start)
-            if q is not None and all(np.abs(q - other).max() > SAME for other in found):
+            if q is None:
+                continue
+            turned = q - 2 * math.pi * np.round((q - self.robot.arm.ready) / (2 * math.pi))
+            low, high = np.transpose(self.robot.arm.position_limits)
+            q = np.where((turned > low) & (turned < high), turned, q)
+            if all(np.abs(q - other).max() > SAME for other in found):
                 found.append(q)
         return [(pose, q) for q in found]
 

@@ -5,17 +5,16 @@ SI units throughout; angles are degrees and a calibration's lengths millimetres 
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, ValidationInfo, field_validator, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from grasp_bench.camera import CameraPose, Intrinsics
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.robot.grippers import load_gripper
 from grasp_bench.robot.robot import Robot as LoadedRobot
 from grasp_bench.robot.robot import load_robot
+from grasp_bench.scenario.cameras import Camera
 from grasp_bench.scenario.fields import Fraction, NonNegative, Positive, Section, Vector
 from grasp_bench.scenario.look import Look
 from grasp_bench.scenario.sensors import Sensor
@@ -24,27 +23,6 @@ from grasp_bench.scenario.surroundings import Surroundings
 VERSION = 2
 """Of the definition of a trial (docs/definition.md): only trials of this version are carried out, results of
 earlier ones are still read."""
-
-
-class Camera(Section):
-    """A fixed pinhole camera."""
-
-    width: Annotated[int, Field(ge=64, le=4096)] = 640
-    height: Annotated[int, Field(ge=64, le=4096)] = 480
-    horizontal_fov_deg: Annotated[float, Field(gt=5, lt=170)] = 90.0
-    position: Vector = (0.5, 0.0, 0.55)
-    target: Vector = (0.5, 0.0, 0.0)
-    image_up: Vector = (1.0, 0.0, 0.0)
-
-    @property
-    def intrinsics(self) -> Intrinsics:
-        """Pinhole intrinsics."""
-        return Intrinsics.from_fov(self.width, self.height, math.radians(self.horizontal_fov_deg))
-
-    @property
-    def pose(self) -> CameraPose:
-        """Pose in the world."""
-        return CameraPose.look_at(self.position, self.target, self.image_up)
 
 
 class Calibration(Section):
@@ -79,11 +57,16 @@ class Objects(Section):
 
     Attributes:
         names: each object's name with the reason why it is here; empty for all objects.
+        folder: where they are: a shipped set below the assets, or the path of a folder with a manifest.
+        poses: by an object's name, the numbers of the resting poses it is put down in, from 0; where nothing
+            is said, those in which a grasp from above fits the gripper.
         mass_scale: factor on every mass and inertia.
         centre_of_mass_mm: shift of every centre of mass, in the object's frame [mm].
     """
 
     names: dict[str, str] = Field(default_factory=dict)
+    folder: str = "objects"
+    poses: dict[str, tuple[Annotated[int, Field(ge=0)], ...]] = Field(default_factory=dict)
     mass_scale: Positive = 1.0
     centre_of_mass_mm: Vector = (0.0, 0.0, 0.0)
 

@@ -22,6 +22,7 @@ class Purpose(IntEnum):
     APPEARANCE = 4
     CALIBRATION = 5
     CLUTTER = 6
+    VIEWS = 7
 
 
 def stream(run_seed: int, name: str, trial: int, purpose: Purpose) -> np.random.Generator:

@@ -23,6 +23,8 @@ from grasp_bench.scene.mounting import set_gripper
 from grasp_bench.system.arrays import Floats
 
 PREFIX = "carrier/"
+WRIST = "wrist"
+"""Body between the carrier and a gripper that can be tilted."""
 PARK = 1.0
 """How far beside and above the table's edge the gripper waits, out of the way of all rays [m]."""
 SHAKE = 5.0
@@ -73,9 +75,10 @@ class Attempt:
 
 
 def compile_floating(
-    scenario: Scenario, objects: list[SceneObject], gripper: Gripper = PARALLEL_85
+    scenario: Scenario, objects: list[SceneObject], gripper: Gripper = PARALLEL_85, tilting: bool = False
 ) -> mujoco.MjModel:
-    """Compile a model of a table with ``objects`` and the floating ``gripper``.
+    """Compile a model of a table with ``objects`` and the floating ``gripper``; ``tilting`` for one of
+    :class:`~grasp_bench.scene.tilting.TiltingGripper`.
 
     The gripper is read and attached by MuJoCo itself: dm_control needs 28 ms to read its file alone, and
     one such model is made for each scene of training data.
@@ -93,7 +96,8 @@ def compile_floating(
         joint = mount.add("joint", name=name, type=kind, axis=axis, armature=0.05)
         stiff = 30000 if kind == "slide" else 300
         root.actuator.add("position", name=name, joint=joint, kp=stiff, kv=stiff / 60)
-    mount.add("site", name="flange", quat=[0, 1, 0, 0])
+    carrier = mount.add("body", name=WRIST) if tilting else mount
+    carrier.add("site", name="flange", quat=[0, 1, 0, 0])
     for i, model in enumerate(objects):
         add_object(root, model, scenario, object_name(i))
 
@@ -204,13 +208,21 @@ class FloatingGripper:
             opening: distance between the pads before closing [m].
             routine: how fast and how far.
         """
-        model, data = self.model, self.data
-        mujoco.mj_resetData(model, data)
-        data.qpos[:], data.qvel[:] = state
+        self.restore(state)
         height = tip[2] + self.gripper.flange_to_tcp
+        return self.grasp(np.array([*tip[:2], height, yaw]), opening, routine)
+
+    def restore(self, state: tuple[Floats, Floats]) -> None:
+        """Put everything as it was saved by :meth:`state`."""
+        mujoco.mj_resetData(self.model, self.data)
+        self.data.qpos[:], self.data.qvel[:] = state
+
+    def grasp(self, carrier: Floats, opening: float, routine: Routine = REFERENCE) -> Attempt:
+        """Appear open at ``carrier`` (4,) [m, rad], close, lift and shake."""
+        model, data, height = self.model, self.data, float(carrier[2])
         dt = model.opt.timestep
         chunk = 5
-        if fault := self.take(np.array([*tip[:2], height, yaw]), opening, routine):
+        if fault := self.take(carrier, opening, routine):
             return Attempt(False, fault)
         mujoco.mj_step(model, data, int(routine.pause / dt))
         grip = self.held()

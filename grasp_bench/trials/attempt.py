@@ -23,6 +23,7 @@ from grasp_bench.planning.planner import Plan
 from grasp_bench.planning.refusals import Refused
 from grasp_bench.planning.seen import SeenScene
 from grasp_bench.predictors.protocol import GroundTruth, Predictor, PrivilegedPredictor, ask
+from grasp_bench.robot.gripper import Gripper
 from grasp_bench.runs.record import MarginRecord, TrialRecord
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scenario.seeding import Purpose, Streams
@@ -32,6 +33,7 @@ from grasp_bench.trials.clock import Clock
 from grasp_bench.trials.execution import Execution, execute
 from grasp_bench.trials.foresight import foresee
 from grasp_bench.trials.margin import measure
+from grasp_bench.trials.views import seen, take_views, told
 from grasp_bench.trials.workcell import Workcell, take_picture
 
 
@@ -94,7 +96,6 @@ def attempt(
         observer: called after every sample of the arm's motion, for films and logs.
     """
     clock = clock or Clock()
-    camera = cell.true_camera(streams)
     target = table.models[0]
     done = Trial(_record(trial, target, streams.seed, Outcome.ERROR, ""), clock)
     grasp: Grasp | None = None
@@ -124,11 +125,14 @@ def attempt(
             world = done.world = table.build()
         with clock.phase("settle"):
             table.settle(world)
-        picture, image = take_first_picture(cell, table, world, streams, clock)
+        views = take_views(
+            cell, world, streams, clock, lambda: take_first_picture(cell, table, world, streams, clock)
+        )
+        picture, image, camera = views[0].picture, views[0].image, views[0].camera
         done.image = image
         with clock.phase("predict"):
-            truths = _truths(world, table.models, camera)
-            done.grasps = ask(predictor, image, streams(Purpose.PREDICTOR), truths)
+            truths = _truths(world, table.models, camera, cell.planner.robot.gripper)
+            done.grasps = ask(predictor, image, streams(Purpose.PREDICTOR), truths, told(views))
         if not done.grasps:
             return ended(Outcome.NO_GRASP, "the predictor proposed no grasp")
         with clock.phase("plan"):
@@ -144,7 +148,7 @@ def attempt(
                     lambda grasp: _meant(grasp, picture, world, camera),
                 )
             else:
-                scene = SeenScene(image, cell.camera.pose, cell.camera.directions)  # as the robot believes
+                scene = seen(cell, views, image)  # as the robot believes
                 choice = choose_grasp(cell.planner, scene, done.grasps)
         rank, grasp = choice.rank, done.grasps[choice.rank]
         aim = _meant(grasp, picture, world, camera)
@@ -191,12 +195,14 @@ def _record(
     )
 
 
-def _truths(world: World, models: Sequence[ObjectModel], camera: SceneCamera) -> list[GroundTruth]:
+def _truths(
+    world: World, models: Sequence[ObjectModel], camera: SceneCamera, gripper: Gripper
+) -> list[GroundTruth]:
     """Return what a control may be told of every object."""
     truths = []
     for which, model in enumerate(models):
         world.aim(which)
-        truths.append(GroundTruth(model, *world.object_pose, camera.pose, camera.intrinsics))
+        truths.append(GroundTruth(model, *world.object_pose, camera.pose, camera.intrinsics, gripper))
     return truths
 
 

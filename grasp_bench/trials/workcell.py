@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
 from grasp_bench.camera import CameraPose, RgbdImage
+from grasp_bench.errors import AssetError
+from grasp_bench.grasps import GraspPose
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.objects.fitted import fitted
 from grasp_bench.planning.planner import Planner
+from grasp_bench.planning.viewing import view_motions
+from grasp_bench.robot.trajectory import Trajectory
 from grasp_bench.scenario.reading import check_current
 from grasp_bench.scenario.sections import Calibration, Scenario
 from grasp_bench.scenario.seeding import Purpose, Streams
@@ -42,12 +48,28 @@ class Workcell:
         self._true_cameras: dict[int, SceneCamera] = {}
 
     def fitted(self, model: ObjectModel) -> ObjectModel:
-        """Return an object with the reference grasps of the robot's gripper.
+        """Return an object with the reference grasps of the robot's gripper, in the scenario's poses of it.
 
         Raises:
-            AssetError: where they were not worked out yet.
+            AssetError: where they were not worked out yet, or the object has no such pose.
         """
-        return fitted(model, self.planner.robot.gripper)
+        fit = fitted(model, self.planner.robot.gripper)
+        chosen = self.scenario.objects.poses.get(model.name, ())
+        if chosen and max(chosen) >= len(model.poses):
+            raise AssetError(
+                f"Scenario {self.scenario.name!r}: objects.poses asks for pose {max(chosen)} of "
+                f"{model.name}, which has {len(model.poses)}, counted from 0."
+            )
+        return replace(fit, put_in=chosen) if chosen else fit
+
+    @cached_property
+    def view_motions(self) -> list[tuple[GraspPose, Trajectory]]:
+        """How the arm brings a wrist camera to its views; see :func:`view_motions`."""
+        return view_motions(self.planner)
+
+    def camera_at(self, pose: CameraPose) -> SceneCamera:
+        """Return a camera like the scenario's that stands elsewhere."""
+        return SceneCamera(self.camera.intrinsics, pose, self.camera.renderer, self._draw)
 
     def true_camera(self, streams: Streams) -> SceneCamera:
         """Return the camera that takes an attempt's picture, off the nominal one by the calibration's

@@ -34,7 +34,7 @@ def sound(image: RgbdImage) -> list[GraspPose]:
 
 
 def spoilt(by: Callable[[GraspPose], GraspPose]) -> Told:
-    return Told(lambda image: [by(g) for g in sound(image)])  # pyright: ignore[reportArgumentType]
+    return Told(lambda image: [by(g) for g in sound(image)])
 
 
 def test_a_sound_one_passes(scene: Sample) -> None:

@@ -22,6 +22,7 @@ from grasp_bench.errors import GraspBenchError, PredictorError
 from grasp_bench.grasps import Grasp
 from grasp_bench.predictors import server, wire
 from grasp_bench.predictors.identity import describe
+from grasp_bench.predictors.protocol import checked
 from grasp_bench.predictors.server import listen, make_app, servable
 
 
@@ -61,6 +62,7 @@ def test_an_image_is_answered_with_checked_grasps_of_the_trials_stream() -> None
     (answer,) = asked(make_app(Drawn(), {}), ("POST", "/predict", wire.encode_request(IMAGE, SEED)))
     assert answer.status_code == 200
     (grasp,) = wire.decode_answer(answer.content)
+    assert isinstance(grasp, Grasp)
     assert grasp.x == 1 + np.random.default_rng(5).random()
     assert grasp.angle == pytest.approx(-np.pi / 4)
     assert grasp.quality == 1
@@ -72,9 +74,9 @@ def test_requests_at_once_are_answered_one_after_the_other_each_with_its_own_str
     answers = asked(
         make_app(predictor, {}), *[("POST", "/predict", wire.encode_request(IMAGE, s)) for s in seeds]
     )
-    assert [wire.decode_answer(a.content)[0].x - 1 for a in answers] == pytest.approx(
-        [np.random.default_rng(i).random() for i in range(12)], abs=1e-12
-    )
+    assert [
+        checked(wire.decode_answer(a.content), IMAGE.intrinsics)[0].x - 1 for a in answers
+    ] == pytest.approx([np.random.default_rng(i).random() for i in range(12)], abs=1e-12)
     assert predictor.most == 1
 
 

@@ -11,7 +11,8 @@ from grasp_bench.errors import GraspBenchError
 from grasp_bench.learning.data.stages.around import Place, surroundings
 from grasp_bench.learning.data.stages.painting import look, near, surface_color
 from grasp_bench.learning.data.stages.style import CameraStyle, ColourStyle, DepthStyle, Style
-from grasp_bench.scenario.sections import Camera, Scenario
+from grasp_bench.scenario.cameras import Camera
+from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scenario.sensors import Preset, Sensor
 
 Rng = np.random.Generator

@@ -12,7 +12,9 @@ import yaml
 
 from grasp_bench.errors import AssetError
 from grasp_bench.robot.arm import Arm, load_arm
+from grasp_bench.robot.solids import subtree
 from grasp_bench.system.arrays import Floats
+from grasp_bench.workshop.menagerie import model_of
 from grasp_bench.workshop.own_model import fix_inertia, name_all, read_model, strip, write_model
 
 STRONG = 40.0
@@ -20,6 +22,8 @@ STRONG = 40.0
 GAINS = {True: (4000.0, 0.3), False: (1000.0, 0.1)}
 """Position gain [N m/rad] and armature [kg m²] of large and of small joints: those of the shipped arms."""
 DAMPING = 1.5
+ATTACHMENT = "attachment_site"
+"""The flange's site in models of MuJoCo Menagerie."""
 PAYLOAD = 1.0
 """What the servos' damping is laid out for, at the flange [kg]."""
 READY = (0.48, 0.40)
@@ -40,6 +44,7 @@ class Asked:
         torque: greatest torques [N m], likewise; those of the file's motors by default.
         home, ready: postures [°]; looked for by default.
         title: what it is called in reports.
+        endless: range to either side of joints that have none in the file [°].
     """
 
     flange: str | None = None
@@ -48,6 +53,7 @@ class Asked:
     home: tuple[float, ...] | None = None
     ready: tuple[float, ...] | None = None
     title: str | None = None
+    endless: float | None = None
 
 
 def import_arm(source: Path, out: Path, asked: Asked) -> Arm:
@@ -59,6 +65,7 @@ def import_arm(source: Path, out: Path, asked: Asked) -> Arm:
     Raises:
         AssetError: in one line, for what is not an arm, or one without limits.
     """
+    source = model_of(source)
     if out.exists() and any(out.iterdir()):
         raise AssetError(f"{out} exists and is not empty; choose another --out.")
     spec = read_model(source)
@@ -70,10 +77,17 @@ def import_arm(source: Path, out: Path, asked: Asked) -> Arm:
         what = f"joint {other[0]!r} is no hinge" if other else f"it has {model.njnt} joints"
         raise AssetError(f"{source}: {what}; an arm has six or more hinges and no gripper on it.")
     names = [model.joint(j).name for j in range(model.njnt)]
+    if asked.endless is not None:
+        for j in np.flatnonzero(model.jnt_limited == 0):
+            joint, half = spec.joint(names[j]), asked.endless
+            joint.range = [-half, half] if spec.compiler.degree else np.radians([-half, half])
+            joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+        model = spec.compile()
     free = [n for n, limited in zip(names, model.jnt_limited, strict=True) if not limited]
     if free:
         raise AssetError(
-            f"{source}: an arm without limits: joint {free[0]!r} has no range; write it into the file."
+            f"{source}: an arm without limits: joint {free[0]!r} has no range; write it into the file, or "
+            "say --endless 360 for joints that turn without end."
         )
     count = len(names)
     torque = _each("torque", asked.torque, count) or _torques(model, source, names)
@@ -192,8 +206,11 @@ def _flange(
     model: mujoco.MjModel, source: Path, names: list[str], flange: str | None
 ) -> tuple[list[float], list[float], str]:
     """Return position and quaternion of the flange in the body that has it, and that body's name."""
+    if flange is None and mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, ATTACHMENT) >= 0:
+        flange = ATTACHMENT
     if flange is None:
-        return [0, 0, 0], [1, 0, 0, 0], model.body(model.nbody - 1).name
+        beyond = subtree(model, int(model.jnt_bodyid[model.njnt - 1]))
+        return [0, 0, 0], [1, 0, 0, 0], model.body(beyond[-1]).name
     site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, flange)
     if site >= 0:
         owner = model.body(model.site_bodyid[site]).name

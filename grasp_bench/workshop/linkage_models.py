@@ -8,15 +8,15 @@ from grasp_bench.workshop.mjcf_text import OPTION, numbers
 
 STROKE = 0.0425
 """Travel of one finger [m]."""
-LINK = 0.060
+LINK = 0.070
 """Length of the links [m]; they stand straight where the jaws are half open."""
-PIVOTS = ((0.042, 0.060), (0.024, 0.066))
-"""x and z of the outer and the inner link's hinge in the base [m]."""
+PIVOTS = ((0.050, 0.060), (0.034, 0.068))
+"""x and z of the outer and the inner link's hinge in the base [m]: the inner link stays behind the pad."""
 TIP = 0.045
 """From the outer link's far hinge to the tips [m]."""
 FINGER, PAD = (0.0085, 0.022), (0.003, 0.020, 0.024)
 """Thickness and width of a finger with its pad; thickness, width and height of the pad [m]."""
-UNDER = 0.072
+UNDER = 0.074
 """Distance of the base's underside from the flange [m]."""
 BEHIND = 0.020
 """The tendon between the fingers ends so far behind the pads' faces [m]: it must not shrink to nothing."""
@@ -77,7 +77,7 @@ def linkage_mjcf(name: str) -> str:
         ]
     bodies = "\n".join(f"      {line}" for line in lines)
     palm = "\n".join(
-        f"      {g}" for g in box("base", (-0.068, -0.035, UNDER - 0.030), (0.068, 0.035, UNDER), dark)
+        f"      {g}" for g in box("base", (-0.076, -0.035, UNDER - 0.030), (0.076, 0.035, UNDER), dark)
         + box("motor", (-0.038, -0.038, 0), (0.038, 0.038, UNDER - 0.030), dark)
     )  # fmt: skip
     parts = [
@@ -89,7 +89,7 @@ def linkage_mjcf(name: str) -> str:
     )
     loops = "\n".join(
         f'    <connect name="{side}_loop" body1="{side}_inner" body2="{side}_finger" '
-        f'anchor="{numbers(0, 0, LINK)}" solref="0.004 1" solimp="0.95 0.99 0.001"/>'
+        f'anchor="{numbers(0, 0, LINK)}" solref="0.004 1" solimp="0.999 0.9995 0.001"/>'
         for side in ("left", "right")
     )
     assert abs(inner[0]) > 0.01, "a parallelogram that is flat does not hold the finger"

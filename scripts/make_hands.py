@@ -1,8 +1,8 @@
 """Runs predictors with several grippers on the same objects, and prints the matrix of docs/robots.md.
 
-``python scripts/make_hands.py --out results/hands`` prepares the grippers, runs what is not done yet (a second
-call goes on), and prints the table as Markdown. Every predictor tries the objects that all of the grippers can
-grasp, so that the trials are the same.
+``python scripts/make_hands.py --out results/hands`` prepares the grippers, runs what is not done yet (a
+second call goes on), and prints the table as Markdown. Every predictor tries the objects that all of the
+grippers can grasp, so that the trials are the same.
 """
 
 from __future__ import annotations
@@ -54,9 +54,7 @@ def main() -> None:
             scenario = with_gripper(table4, name).model_copy(update={"name": f"table4-{label}"})
         for predictor in predictors:
             out = asked.out / f"{predictor}-{label}"
-            gb.run(
-                names, asked.trials, predictor, scenario, seed=asked.seed, workers=asked.workers, out=out
-            )
+            gb.run(names, asked.trials, predictor, scenario, seed=asked.seed, workers=asked.workers, out=out)
             folders.append(out)
     matrix = Hands.of([RunResults(folder) for folder in folders])
     if matrix is not None:

@@ -13,6 +13,7 @@ from grasp_bench.errors import AssetError
 from grasp_bench.robot.gripper import Gripper
 from grasp_bench.robot.gripper_trial import try_out
 from grasp_bench.robot.grippers import load_gripper
+from grasp_bench.workshop.linkage_models import LINK, STROKE
 from grasp_bench.workshop.own_gripper import Asked, import_gripper
 
 
@@ -59,7 +60,7 @@ def test_the_loops_are_closed_at_every_opening_and_positions_are_read_back() -> 
 
 def test_a_linkage_of_a_users_file_keeps_its_loops(tmp_path: Path) -> None:
     made = import_gripper(source(tmp_path), tmp_path / "out", Asked())
-    assert made.opening == pytest.approx(0.0425 + 0.12 * np.sin(0.42), abs=1e-3)  # to the joints' ends
+    assert made.opening == pytest.approx(STROKE + 2 * LINK * np.sin(0.42), abs=1e-3)  # to the joints' ends
     assert "<connect" in made.path.read_text()
     assert made.pads == ("left_pad", "right_pad")
 
@@ -67,7 +68,7 @@ def test_a_linkage_of_a_users_file_keeps_its_loops(tmp_path: Path) -> None:
 def test_what_a_file_leaves_open_is_coupled_so_that_the_pads_stay_parallel(tmp_path: Path) -> None:
     path = source(tmp_path, (r"<equality>.*</equality>", ""))
     made = import_gripper(path, tmp_path / "out", Asked())
-    assert made.opening == pytest.approx(0.0425 + 0.12 * np.sin(0.42), abs=1e-3)  # to the joints' ends
+    assert made.opening == pytest.approx(STROKE + 2 * LINK * np.sin(0.42), abs=1e-3)  # to the joints' ends
     assert made.path.read_text().count("<joint joint1=") == 5
     assert try_out(made).closed == pytest.approx(0.0, abs=1e-3)
 

@@ -13,7 +13,7 @@ from grasp_bench.errors import AssetError
 from grasp_bench.robot.arm import Arm, load_arm
 from grasp_bench.robot.solids import subtree
 from grasp_bench.workshop.menagerie import model_of
-from grasp_bench.workshop.own_model import fix_inertia, name_all, read_model, strip, write_model
+from grasp_bench.workshop.own_model import fix_inertia, making, name_all, read_model, strip, write_model
 from grasp_bench.workshop.postures import Postures
 
 STRONG = 40.0
@@ -63,8 +63,11 @@ def import_arm(source: Path, out: Path, asked: Asked) -> Arm:
         AssetError: in one line, for what is not an arm, or one without limits.
     """
     source = model_of(source)
-    if out.exists() and any(out.iterdir()):
-        raise AssetError(f"{out} exists and is not empty; choose another --out.")
+    with making(out):
+        return _import(source, out, asked)
+
+
+def _import(source: Path, out: Path, asked: Asked) -> Arm:
     spec = read_model(source)
     name_all(spec)
     model = spec.compile()
@@ -90,7 +93,6 @@ def import_arm(source: Path, out: Path, asked: Asked) -> Arm:
     torque = _each("torque", asked.torque, count) or _torques(model, source, names)
     velocity = _each("velocity", asked.velocity, count)
     strip_and_drive(spec, model, names, torque, asked.flange, source)
-    out.mkdir(parents=True, exist_ok=True)
     path = write_model(spec, source, out, "arm.xml")
     made = mujoco.MjModel.from_xml_path(str(path))
     search = Postures(made, source)

@@ -26,7 +26,7 @@ from grasp_bench.workshop.own_hand import (
     turn_about_z,
 )
 from grasp_bench.workshop.own_linkage import rewrite_linkage
-from grasp_bench.workshop.own_model import fix_inertia, name_all, read_model, strip, write_model
+from grasp_bench.workshop.own_model import fix_inertia, making, name_all, read_model, strip, write_model
 
 KP, KV = 25000.0, 240.0
 """Gains of the servo that moves both fingers [N/m, N s/m]: those of the shipped grippers."""
@@ -65,8 +65,11 @@ def import_gripper(source: Path, out: Path, asked: Asked) -> Gripper:
         AssetError: in one line, for what is not a gripper of two fingers on slides.
     """
     source = model_of(source)
-    if out.exists() and any(out.iterdir()):
-        raise AssetError(f"{out} exists and is not empty; choose another --out.")
+    with making(out):
+        return _import(source, out, asked)
+
+
+def _import(source: Path, out: Path, asked: Asked) -> Gripper:
     spec = read_model(source, asked.radian)
     name_all(spec)
     kinds = mujoco.mjtJoint
@@ -75,7 +78,6 @@ def import_gripper(source: Path, out: Path, asked: Asked) -> Gripper:
         parts, commands = rewrite_linkage(spec, source, asked.pads)
     else:
         parts, commands = _rewrite_slides(spec, source, asked)
-    out.mkdir(parents=True, exist_ok=True)
     write_model(spec, source, out, "gripper.xml")
     facts = {
         "title": asked.title or source.stem,

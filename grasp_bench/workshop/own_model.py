@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import shutil
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import mujoco
@@ -21,6 +22,23 @@ from grasp_bench.workshop.own_urdf import read_urdf
 
 SHOWN, SOLID = 2, 3
 """Geom groups of what is seen and of what collides."""
+
+
+@contextmanager
+def making(out: Path) -> Iterator[None]:
+    """Make the folder ``out``, which must not hold anything yet; what fails leaves nothing in it.
+
+    Raises:
+        AssetError: where it is not empty.
+    """
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise AssetError(f"{out} exists and is not empty; choose another --out.")
+    out.mkdir(parents=True, exist_ok=True)
+    try:
+        yield
+    except BaseException:
+        shutil.rmtree(out, ignore_errors=True)
+        raise
 
 
 def read_model(path: Path, radian: bool = False) -> mujoco.MjSpec:

@@ -74,6 +74,7 @@ def test_a_hand_whose_pads_do_not_meet_cannot_close(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace('pos="0 -0.002 0.05"', 'pos="0 -0.014 0.05"'))
     with pytest.raises(AssetError, match=r"cannot close: its pads stay 24\.0 mm apart"):
         import_gripper(path, tmp_path / "out", Asked())
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(

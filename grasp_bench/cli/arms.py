@@ -97,7 +97,9 @@ def check(
 
 @arms_app.command("import")
 def import_command(
-    model: Annotated[Path, typer.Argument(help="MJCF or URDF of the arm alone, its base at the origin.")],
+    model: Annotated[
+        Path, typer.Argument(help="MJCF or URDF of the arm alone, its base at the origin, or menagerie:NAME.")
+    ],
     out: Annotated[Path, typer.Option(help="Folder to make.")],
     flange: Annotated[
         str | None,
@@ -116,6 +118,10 @@ def import_command(
         str | None, typer.Option(help="Ahead of the base, elbow up, tool down [°]; looked for by default.")
     ] = None,
     title: Annotated[str | None, typer.Option(help="What it is called in reports.")] = None,
+    endless: Annotated[
+        float | None,
+        typer.Option(min=90, max=720, help="Range to either side of joints that the file gives none [°]."),
+    ] = None,
 ) -> None:
     """Make a folder with arm.yaml of the MJCF or URDF that you have: six or more hinges.
 
@@ -135,6 +141,7 @@ def import_command(
         _numbers("--home", home),
         _numbers("--ready", ready),
         title,
+        endless,
     )
     import_arm(model, out, asked)
     check(str(out), "parallel-85", "table4")

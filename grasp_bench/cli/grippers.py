@@ -128,7 +128,9 @@ def check(
 
 @grippers_app.command("import")
 def import_command(
-    model: Annotated[Path, typer.Argument(help="MJCF or URDF of the gripper alone, z being its approach.")],
+    model: Annotated[
+        Path, typer.Argument(help="MJCF or URDF of the gripper alone, z its approach, or menagerie:NAME.")
+    ],
     out: Annotated[Path, typer.Option(help="Folder to make.")],
     fingers: Annotated[
         str | None,
@@ -140,11 +142,15 @@ def import_command(
     force: Annotated[str, typer.Option(help="Least and greatest force of each pad [N].")] = "5,100",
     speed: Annotated[float, typer.Option(min=0.001, help="Greatest speed of each finger [m/s].")] = 0.1,
     title: Annotated[str | None, typer.Option(help="What it is called in reports.")] = None,
+    radian: Annotated[
+        bool, typer.Option("--radian", help="The file's angles are radians, though it does not say so.")
+    ] = False,
 ) -> None:
-    """Make a folder with gripper.yaml of the MJCF or URDF that you have: two fingers on slides.
+    """Make a folder with gripper.yaml of the MJCF or URDF that you have: fingers on slides or linkages.
 
     The jaws are turned to open along x, the fingers coupled and moved by one position servo, and the pads
-    get the contacts of the shipped grippers. Nothing outside of the model's folder is read.
+    get the contacts of the shipped grippers. Of linkages the pads are kept parallel. Nothing outside of the
+    model's folder is read.
 
     Example: grasp-bench grippers import my_hand.xml --out my-hand --force 20,70
     """
@@ -157,6 +163,7 @@ def import_command(
         (least, most),
         speed,
         title,
+        radian,
     )
     import_gripper(model, out, asked)
     check(str(out))

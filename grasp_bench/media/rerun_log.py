@@ -220,6 +220,8 @@ def _log_motion(rr: Any, stream: Any, root: str, take: Take) -> None:
                 )
         stream.log(f"{root}/joints/position", rr.Scalars(m.qpos[q]))
         stream.log(f"{root}/joints/velocity", rr.Scalars(m.qvel[v]))
-        stream.log(f"{root}/gripper/opening", rr.Scalars([float(m.qpos[fingers].sum())]))
+        stream.log(
+            f"{root}/gripper/opening", rr.Scalars([float(robot.gripper.positions(m.qpos[fingers]).sum())])
+        )
         if m.touch is not None:
             stream.log(f"{root}/gripper/force", rr.Scalars([float(m.touch.left), float(m.touch.right)]))

@@ -43,6 +43,8 @@ def screen(folders: Sequence[Path], root: Path) -> list[TextTable]:
     rest = [g for g in rest if set(g.runs) - set(shown)]
     notes = [*_left(left), *(_folded(g, report.runs) for g in rest)]
     found = [table]
+    if report.hands is not None:
+        found.append(report.hands.table())
     if notes:
         found.append(TextTable("Also here", (), (), lead="\n".join(notes)))
     if mine is not None:

@@ -10,6 +10,7 @@ from typing import Any
 from grasp_bench.report.clutter import attempts_in_words, in_words
 from grasp_bench.report.firmness import FirmnessPair, compare_firmness, firmness_table, pairs_table
 from grasp_bench.report.groups import Group, beside_the_paper, grouped, is_control
+from grasp_bench.report.hands import Hands
 from grasp_bench.report.help import Merit, merit_table, merits
 from grasp_bench.report.paper import TABLE_4
 from grasp_bench.report.summary import Summary, worst_objects
@@ -81,13 +82,14 @@ class Report:
     runs: tuple[Summary, ...]
     merits: tuple[Merit, ...] = ()
     pairs: tuple[FirmnessPair, ...] = ()
+    hands: Hands | None = None
 
     @classmethod
     def of(cls, runs: Iterable[RunResults], root: Path | None = None) -> Report:
         """Return the report of all runs that hold a trial, named by their paths below ``root``."""
         begun = [run for run in runs if len(run)]
         summaries = tuple(Summary.of(run, root) for run in begun)
-        return cls(summaries, tuple(merits(begun)), tuple(compare_firmness(begun)))
+        return cls(summaries, tuple(merits(begun)), tuple(compare_firmness(begun)), Hands.of(begun))
 
     @property
     def rows(self) -> list[Row]:
@@ -106,6 +108,7 @@ class Report:
             "runs": [run.to_json() for run in self.runs],
             "table4": [row.to_json() for row in self.rows],
             "merit": [merit.to_json() for merit in self.merits],
+            "robots": None if self.hands is None else self.hands.to_json(),
             "firmer": [pair.to_json() for pair in self.pairs],
             "groups": [{"title": g.title, "runs": [self.runs[i].run for i in g.runs]} for g in self.groups],
         }
@@ -121,7 +124,8 @@ class Report:
         firm += [pairs_table([r.run for r in self.runs], self.pairs)] if self.pairs else []
         trust = [trust_table([(r.run, r.trust) for r in order])] if order else []
         tables = (self._table(g, g is titled) for g in groups)
-        return [*tables, *merit, *firm, *trust, *map(endings, order)]
+        hands = [self.hands.table()] if self.hands is not None else []
+        return [*tables, *hands, *merit, *firm, *trust, *map(endings, order)]
 
     def _table(self, group: Group, titled: bool) -> TextTable:
         runs = [self.runs[i] for i in group.runs]

@@ -80,6 +80,15 @@ class SuctionCup(Gripper):
         """Return the command of the vacuum, 0 or 1: on where jaws would squeeze."""
         return np.where(np.asarray(position) < 0, 1.0, 0.0)  # type: ignore[return-value]
 
+    @property
+    def opening(self) -> float:
+        """Diameter of the rim [m]: what a grasp is wide."""
+        return 2 * self.radius
+
+    def joints_at(self, position: float) -> Floats:
+        """Return zeros (2,): the plunger is out."""
+        return np.zeros(2)
+
     def positions(self, joints: Floats) -> Floats:
         """Return zeros (2,): a cup does not open."""
         return np.zeros(2)

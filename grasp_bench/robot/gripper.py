@@ -123,8 +123,8 @@ class Gripper:
         return self.shape.force_ratio
 
     @property
-    def finger_joints(self) -> tuple[str, str]:
-        """Joints of the fingers."""
+    def finger_joints(self) -> tuple[str, ...]:
+        """Joints of the left and the right finger; all joints of a linkage."""
         return self.shape.joints
 
     @property
@@ -187,9 +187,13 @@ class Gripper:
         return commands.closed + slope * position
 
     def joints_at(self, position: float) -> Floats:
-        """Return the positions (2,) of the fingers' joints where a finger's position is ``position`` [m]."""
+        """Return the positions (N,) of :attr:`finger_joints` with both fingers at ``position`` [m]."""
+        if self.shape.linkage is not None:
+            return self.shape.linkage.joints_at(position)
         return np.array(self.shape.closed) + np.array(self.shape.slopes) * position
 
     def positions(self, joints: Floats) -> Floats:
-        """Return the fingers' positions (2,) [m] from those of their joints (2,)."""
+        """Return the fingers' positions (2,) [m] from those of :attr:`finger_joints` (N,)."""
+        if self.shape.linkage is not None:
+            return self.shape.linkage.fingers(joints)
         return (joints - np.array(self.shape.closed)) / np.array(self.shape.slopes)

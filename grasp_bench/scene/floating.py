@@ -134,7 +134,7 @@ class FloatingGripper:
 
     Attributes:
         carrier_q, carrier_v, carrier_u: (4,) addresses of x, y, z and yaw in ``qpos``, ``qvel`` and ``ctrl``.
-        jaw, fingers: address of the fingers' command in ``ctrl``, and (2,) of their joints in ``qpos``.
+        jaw, fingers: address of the fingers' command in ``ctrl``, and (N,) of their joints in ``qpos``.
         object_q, object_v: address of each object's free joint in ``qpos`` and ``qvel``.
         left, right: (geoms,) whether a geom belongs to that finger.
         body: (geoms,) number of the object that a geom belongs to, −1 for none.

@@ -5,29 +5,30 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-import mink
 import mujoco
 import numpy as np
 import yaml
 
 from grasp_bench.errors import AssetError
 from grasp_bench.robot.arm import Arm, load_arm
-from grasp_bench.system.arrays import Floats
-from grasp_bench.workshop.own_model import fix_inertia, name_all, read_model, strip, write_model
+from grasp_bench.robot.solids import subtree
+from grasp_bench.workshop.menagerie import model_of
+from grasp_bench.workshop.own_model import fix_inertia, making, name_all, read_model, strip, write_model
+from grasp_bench.workshop.postures import Postures
 
 STRONG = 40.0
 """Joints of more torque than this get the gains and the armature of a large joint [N m]."""
 GAINS = {True: (4000.0, 0.3), False: (1000.0, 0.1)}
 """Position gain [N m/rad] and armature [kg m²] of large and of small joints: those of the shipped arms."""
 DAMPING = 1.5
+ATTACHMENT = "attachment_site"
+"""The flange's site in models of MuJoCo Menagerie."""
 PAYLOAD = 1.0
 """What the servos' damping is laid out for, at the flange [kg]."""
 READY = (0.48, 0.40)
 """Distance ahead of the base and height of the flange in the ready posture [m]."""
 HOME = ((0.16, 0.58), (0.20, 0.58), (0.24, 0.60), (0.28, 0.62), (0.32, 0.65))
 """The same at home, tried in turn: above and behind what table4's camera sees."""
-STARTS = 60
-STEPS = 80
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,7 @@ class Asked:
         torque: greatest torques [N m], likewise; those of the file's motors by default.
         home, ready: postures [°]; looked for by default.
         title: what it is called in reports.
+        endless: range to either side of joints that have none in the file [°].
     """
 
     flange: str | None = None
@@ -48,6 +50,7 @@ class Asked:
     home: tuple[float, ...] | None = None
     ready: tuple[float, ...] | None = None
     title: str | None = None
+    endless: float | None = None
 
 
 def import_arm(source: Path, out: Path, asked: Asked) -> Arm:
@@ -59,8 +62,12 @@ def import_arm(source: Path, out: Path, asked: Asked) -> Arm:
     Raises:
         AssetError: in one line, for what is not an arm, or one without limits.
     """
-    if out.exists() and any(out.iterdir()):
-        raise AssetError(f"{out} exists and is not empty; choose another --out.")
+    source = model_of(source)
+    with making(out):
+        return _import(source, out, asked)
+
+
+def _import(source: Path, out: Path, asked: Asked) -> Arm:
     spec = read_model(source)
     name_all(spec)
     model = spec.compile()
@@ -70,16 +77,22 @@ def import_arm(source: Path, out: Path, asked: Asked) -> Arm:
         what = f"joint {other[0]!r} is no hinge" if other else f"it has {model.njnt} joints"
         raise AssetError(f"{source}: {what}; an arm has six or more hinges and no gripper on it.")
     names = [model.joint(j).name for j in range(model.njnt)]
+    if asked.endless is not None:
+        for j in np.flatnonzero(model.jnt_limited == 0):
+            joint, half = spec.joint(names[j]), asked.endless
+            joint.range = [-half, half] if spec.compiler.degree else np.radians([-half, half])
+            joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+        model = spec.compile()
     free = [n for n, limited in zip(names, model.jnt_limited, strict=True) if not limited]
     if free:
         raise AssetError(
-            f"{source}: an arm without limits: joint {free[0]!r} has no range; write it into the file."
+            f"{source}: an arm without limits: joint {free[0]!r} has no range; write it into the file, or "
+            "say --endless 360 for joints that turn without end."
         )
     count = len(names)
     torque = _each("torque", asked.torque, count) or _torques(model, source, names)
     velocity = _each("velocity", asked.velocity, count)
     strip_and_drive(spec, model, names, torque, asked.flange, source)
-    out.mkdir(parents=True, exist_ok=True)
     path = write_model(spec, source, out, "arm.xml")
     made = mujoco.MjModel.from_xml_path(str(path))
     search = Postures(made, source)
@@ -192,8 +205,11 @@ def _flange(
     model: mujoco.MjModel, source: Path, names: list[str], flange: str | None
 ) -> tuple[list[float], list[float], str]:
     """Return position and quaternion of the flange in the body that has it, and that body's name."""
+    if flange is None and mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, ATTACHMENT) >= 0:
+        flange = ATTACHMENT
     if flange is None:
-        return [0, 0, 0], [1, 0, 0, 0], model.body(model.nbody - 1).name
+        beyond = subtree(model, int(model.jnt_bodyid[model.njnt - 1]))
+        return [0, 0, 0], [1, 0, 0, 0], model.body(beyond[-1]).name
     site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, flange)
     if site >= 0:
         owner = model.body(model.site_bodyid[site]).name
@@ -205,83 +221,3 @@ def _flange(
     raise AssetError(
         f"{source} has no site or body (flange) {flange!r}; it has {', '.join([*sites, *bodies])}."
     )
-
-
-class Postures:
-    """Looks for joint angles at which the tool points down, elbow up, ahead of the base.
-
-    Args:
-        model: of the arm alone.
-        source: named in errors.
-    """
-
-    def __init__(self, model: mujoco.MjModel, source: Path) -> None:
-        self.source = source
-        self.configuration = mink.Configuration(model)
-        self.model = model
-        self.task = mink.FrameTask(
-            "grasp_bench_flange", "site", position_cost=1.0, orientation_cost=0.3, lm_damping=1e-6
-        )
-        self.limits = [mink.ConfigurationLimit(model)]
-        # With these at 0, an arm of six or seven joints stays in the vertical plane ahead of it.
-        self._sideways = [0] if model.nq == 6 else [0, 2, 4]
-
-    def find(self, ahead: float, height: float) -> Floats:
-        """Return (N,) angles [rad] of the flange straight ahead: high elbow, joints far from their ends.
-
-        Raises:
-            AssetError: where there are none.
-        """
-        found = self._solutions(ahead, height)
-        if not found:
-            raise AssetError(
-                f"{self.source}: no posture was found with the tool pointing down {ahead:g} m ahead of the "
-                f"base, {height:g} m high; is z of the flange its direction? Say --flange, or "
-                "--ready and --home."
-            )
-        return max(found, key=self._merit)
-
-    def first(self, places: tuple[tuple[float, float], ...], near: Floats) -> Floats:
-        """Return (N,) angles [rad] at the first of ``places`` that can be reached, nearest to ``near``."""
-        for ahead, height in places:
-            if found := self._solutions(ahead, height, near):
-                return min(found, key=lambda q: float(np.abs(q - near).max()))
-        return near
-
-    def _merit(self, q: Floats) -> float:
-        self.configuration.update(q)
-        data, ranges = self.configuration.data, self.model.jnt_range
-        elbow = float(data.xanchor[:, 2].max())
-        room = np.minimum(q - ranges[:, 0], ranges[:, 1] - q).min()
-        return elbow + 0.1 * min(float(room), 1.0) - float(np.abs(q[self._sideways]).sum())
-
-    def _solutions(self, ahead: float, height: float, near: Floats | None = None) -> list[Floats]:
-        rng = np.random.default_rng(0)
-        low, high = (np.clip(self.model.jnt_range[:, i], -np.pi, np.pi) for i in (0, 1))
-        turn = np.diag([1.0, -1.0, -1.0])
-        pose = np.eye(4)
-        pose[:3, :3], pose[:3, 3] = turn, [ahead, 0.0, height]
-        self.task.set_target(mink.SE3.from_matrix(pose))
-        found = []
-        for i in range(STARTS):
-            start = rng.uniform(0.7 * low, 0.7 * high) if near is None or i else near
-            start[self._sideways] = 0.0
-            q = self._descend(np.clip(start, low, high))
-            if q is not None and abs(q[0]) < np.pi / 2:
-                found.append(q)
-        return found
-
-    def _descend(self, start: Floats) -> Floats | None:
-        self.configuration.update(start)
-        for _ in range(STEPS):
-            error = self.task.compute_error(self.configuration)
-            if np.linalg.norm(error[:3]) < 1e-5 and np.linalg.norm(error[3:]) < 1e-4:
-                return self.configuration.q.copy()
-            try:
-                velocity = mink.solve_ik(
-                    self.configuration, [self.task], 0.1, solver="daqp", damping=1e-6, limits=self.limits
-                )
-            except mink.MinkError:
-                return None
-            self.configuration.integrate_inplace(np.clip(velocity, -5, 5), 0.1)
-        return None

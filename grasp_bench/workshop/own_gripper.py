@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -14,15 +15,22 @@ from grasp_bench.robot.gripper import Gripper
 from grasp_bench.robot.grippers import load_gripper
 from grasp_bench.robot.solids import extent, solids, subtree
 from grasp_bench.system.arrays import Floats
-from grasp_bench.workshop.own_model import fix_inertia, name_all, read_model, strip, write_model
+from grasp_bench.workshop.menagerie import model_of
+from grasp_bench.workshop.own_hand import (
+    CENTRED,
+    SQUEEZE,
+    box_of,
+    pad_of,
+    palm_of,
+    set_contacts,
+    turn_about_z,
+)
+from grasp_bench.workshop.own_linkage import rewrite_linkage
+from grasp_bench.workshop.own_model import fix_inertia, making, name_all, read_model, strip, write_model
 
 KP, KV = 25000.0, 240.0
 """Gains of the servo that moves both fingers [N/m, N s/m]: those of the shipped grippers."""
-SQUEEZE, BEYOND = 0.03, 0.0025
-SOLREF, SOLIMP = (0.004, 1.0), (0.995, 0.999, 0.0005, 0.5, 2.0)
-"""Contacts of the shipped grippers' pads; docs/physics.md says what they are measured by."""
-CENTRED = 1e-3
-"""How far the middle between the pads may be from the flange's axis [m]."""
+BEYOND = 0.0025
 
 
 @dataclass(frozen=True)
@@ -35,6 +43,7 @@ class Asked:
         force: least and greatest force of each pad [N].
         speed: greatest speed of each finger [m/s].
         title: what it is called in reports.
+        radian: whether the file's angles are radians, though it does not say so.
     """
 
     fingers: tuple[str, str] | None = None
@@ -42,6 +51,7 @@ class Asked:
     force: tuple[float, float] = (5.0, 100.0)
     speed: float = 0.1
     title: str | None = None
+    radian: bool = False
 
 
 def import_gripper(source: Path, out: Path, asked: Asked) -> Gripper:
@@ -54,10 +64,44 @@ def import_gripper(source: Path, out: Path, asked: Asked) -> Gripper:
     Raises:
         AssetError: in one line, for what is not a gripper of two fingers on slides.
     """
-    if out.exists() and any(out.iterdir()):
-        raise AssetError(f"{out} exists and is not empty; choose another --out.")
-    spec = read_model(source)
+    source = model_of(source)
+    with making(out):
+        return _import(source, out, asked)
+
+
+def _import(source: Path, out: Path, asked: Asked) -> Gripper:
+    spec = read_model(source, asked.radian)
     name_all(spec)
+    kinds = mujoco.mjtJoint
+    joints = [j.type for j in spec.joints]
+    if asked.fingers is None and kinds.mjJNT_HINGE in joints and kinds.mjJNT_SLIDE not in joints:
+        parts, commands = rewrite_linkage(spec, source, asked.pads)
+    else:
+        parts, commands = _rewrite_slides(spec, source, asked)
+    write_model(spec, source, out, "gripper.xml")
+    facts = {
+        "title": asked.title or source.stem,
+        "source": f"rewritten from {source.name} by `grasp-bench grippers import`",
+        "model": "gripper.xml",
+        "actuator": "grip",
+        "commands": commands,
+        **parts,
+        "tcp": "grasp_bench_tcp",
+        "force": list(asked.force),
+        "speed": asked.speed,
+        "squeeze": SQUEEZE,
+    }
+    (out / "gripper.yaml").write_text(yaml.safe_dump(facts, sort_keys=False))
+    load_gripper.cache_clear()
+    made = load_gripper(str(out))
+    _ = made.shape
+    return made
+
+
+def _rewrite_slides(
+    spec: mujoco.MjSpec, source: Path, asked: Asked
+) -> tuple[dict[str, Any], dict[str, float]]:
+    """Rewrite a gripper of two fingers on slides; the names of its parts, and its commands."""
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -67,7 +111,7 @@ def import_gripper(source: Path, out: Path, asked: Asked) -> Gripper:
         raise AssetError(
             f"{source}: the jaws must open across z, which is taken for the direction of approach."
         )
-    _turn(spec, model, -float(np.arctan2(axis[1], axis[0])))
+    turn_about_z(spec, model, -float(np.arctan2(axis[1], axis[0])))
     model = spec.compile()
     data = mujoco.MjData(model)
     bodies = [int(model.jnt_bodyid[j]) for j in joints]
@@ -89,33 +133,15 @@ def import_gripper(source: Path, out: Path, asked: Asked) -> Gripper:
     if tips < 0.01:
         raise AssetError(f"{source}: the fingers must point along z, the direction of approach.")
     names = [model.joint(j).name for j in joints]
-    parts = {
+    parts: dict[str, Any] = {
         "fingers": [model.body(b).name for b in bodies],
         "pads": [model.geom(p).name for p in pads],
-        "palm": _palm(model, data, source, bodies),
+        "palm": palm_of(model, data, source, {b for body in bodies for b in subtree(model, body)}),
     }
     _rewrite(spec, model, names, parts, (opened, closed), tips)
-    out.mkdir(parents=True, exist_ok=True)
-    write_model(spec, source, out, "gripper.xml")
     signs = np.sign(opened - closed)
     commands = {"open": _length(signs, opened), "closed": _length(signs, closed)}
-    facts = {
-        "title": asked.title or source.stem,
-        "source": f"rewritten from {source.name} by `grasp-bench grippers import`",
-        "model": "gripper.xml",
-        "actuator": "grip",
-        "commands": commands,
-        **parts,
-        "tcp": "grasp_bench_tcp",
-        "force": list(asked.force),
-        "speed": asked.speed,
-        "squeeze": SQUEEZE,
-    }
-    (out / "gripper.yaml").write_text(yaml.safe_dump(facts, sort_keys=False))
-    load_gripper.cache_clear()
-    made = load_gripper(str(out))
-    _ = made.shape
-    return made
+    return parts, commands
 
 
 def _length(signs: Floats, q: Floats) -> float:
@@ -157,22 +183,14 @@ def _pads(
         return named if owners[0][0] == bodies[0] else named[::-1]
     found = []
     for body in bodies:
-        candidates = solids(model, subtree(model, body))
-        if not candidates:
-            raise AssetError(f"{source}: finger {model.body(body).name!r} has no geom that collides.")
-        boxes = [extent(model, data, [g]) for g in candidates]
-        padlike = [g for g in candidates if "pad" in model.geom(g).name.lower()]
-        lowest = max(
-            zip(candidates, boxes, strict=True), key=lambda c: -np.inf if c[1] is None else c[1][1, 2]
-        )[0]
-        found.append(padlike[0] if padlike else lowest)
+        found.append(pad_of(model, data, source, body))
     return found
 
 
 def _middle(model: mujoco.MjModel, data: mujoco.MjData, joints: list[int], q: Floats, pad: int) -> Floats:
     data.qpos[model.jnt_qposadr[joints]] = q
     mujoco.mj_forward(model, data)
-    return _box(model, data, pad).mean(0)
+    return box_of(model, data, pad).mean(0)
 
 
 def _ends(
@@ -183,7 +201,7 @@ def _ends(
 
     def apart(q: Floats) -> float:
         first, second = (_middle(model, data, joints, q, pad)[0] for pad in pads)
-        thickness = sum(float(np.ptp(_box(model, data, pad), axis=0)[0]) for pad in pads)
+        thickness = sum(float(np.ptp(box_of(model, data, pad), axis=0)[0]) for pad in pads)
         return abs(float(first - second)) - thickness / 2
 
     opened = max((np.array([a, b]) for a in ranges[0] for b in ranges[1]), key=apart)
@@ -191,43 +209,13 @@ def _ends(
     side = np.sign(np.subtract(*(_middle(model, data, joints, opened, pad)[0] for pad in pads)))
     wide = apart(opened)
     first, second = (_middle(model, data, joints, closed, pad)[0] for pad in pads)
-    thickness = sum(float(np.ptp(_box(model, data, pad), axis=0)[0]) for pad in pads)
+    thickness = sum(float(np.ptp(box_of(model, data, pad), axis=0)[0]) for pad in pads)
     narrow = float(side * (first - second)) - thickness / 2  # negative where the pads would overlap
     if wide - narrow < 0.004:
         raise AssetError(f"{source}: the pads do not move apart where the finger joints do.")
     if narrow < 0:  # the joints would go on; the pads meet first
         closed = opened + (closed - opened) * wide / (wide - narrow)
     return opened, closed
-
-
-def _box(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats:
-    box = extent(model, data, [geom])
-    assert box is not None
-    return box
-
-
-def _turn(spec: mujoco.MjSpec, model: mujoco.MjModel, yaw: float) -> None:
-    """Turn a whole model about z."""
-    turn = np.array([np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)])
-    for body in [b for b in spec.bodies[1:] if b.parent.name == "world"]:
-        place, quaternion = np.zeros(3), np.zeros(4)
-        mujoco.mju_rotVecQuat(place, model.body(body.name).pos, turn)
-        mujoco.mju_mulQuat(quaternion, turn, model.body(body.name).quat)
-        body.pos, body.quat = place, quaternion
-        body.alt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
-
-
-def _palm(model: mujoco.MjModel, data: mujoco.MjData, source: Path, bodies: list[int]) -> str:
-    moving = {b for body in bodies for b in subtree(model, body)}
-    rest = [b for b in range(1, model.nbody) if b not in moving and solids(model, [b])]
-    if not rest:
-        raise AssetError(f"{source} has no body between flange and fingers that collides (the palm).")
-
-    def underside(body: int) -> float:
-        box = extent(model, data, solids(model, [body]))
-        return -np.inf if box is None else float(box[1, 2])
-
-    return model.body(max(rest, key=underside)).name
 
 
 def _rewrite(
@@ -249,16 +237,7 @@ def _rewrite(
         joint.damping, joint.stiffness = [5.0, 0.0, 0.0], [0.0, 0.0, 0.0]
         joint.armature, joint.frictionloss = 0.2, 0.0
         joint.solref_limit, joint.solimp_limit = [0.004, 1.0], [0.95, 0.99, 0.001, 0.5, 2.0]
-    for geom in [g for g in spec.geoms if g.contype or g.conaffinity]:
-        geom.contype = geom.conaffinity = 1
-        geom.priority = 0
-        if geom.name in parts["pads"]:
-            geom.priority, geom.condim = 1, 4
-            geom.solref, geom.solimp, geom.friction = list(SOLREF), list(SOLIMP), [0.9, 0.005, 1e-4]
-    solid = [b.name for b in spec.bodies[1:]]
-    for i, first in enumerate(solid):
-        for second in solid[i + 1 :]:
-            spec.add_exclude(bodyname1=first, bodyname2=second)
+    set_contacts(spec, parts["pads"])
     tendon = spec.add_tendon(name="grip")
     for name, sign in zip(joints, signs, strict=True):
         tendon.wrap_joint(name, 0.5 * float(sign))

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import shutil
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import mujoco
@@ -16,14 +17,36 @@ import numpy as np
 
 from grasp_bench.errors import AssetError
 from grasp_bench.robot.facts import FOREIGN, model_file, parse
+from grasp_bench.workshop.own_meshes import MESH_KINDS, inside
+from grasp_bench.workshop.own_urdf import read_urdf
 
-MESH_KINDS = (".stl", ".obj", ".msh")
 SHOWN, SOLID = 2, 3
 """Geom groups of what is seen and of what collides."""
 
 
-def read_model(path: Path) -> mujoco.MjSpec:
+@contextmanager
+def making(out: Path) -> Iterator[None]:
+    """Make the folder ``out``, which must not hold anything yet; what fails leaves nothing in it.
+
+    Raises:
+        AssetError: where it is not empty.
+    """
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise AssetError(f"{out} exists and is not empty; choose another --out.")
+    out.mkdir(parents=True, exist_ok=True)
+    try:
+        yield
+    except BaseException:
+        shutil.rmtree(out, ignore_errors=True)
+        raise
+
+
+def read_model(path: Path, radian: bool = False) -> mujoco.MjSpec:
     """Read a user's MJCF or URDF.
+
+    Args:
+        path: the file.
+        radian: whether its angles are radians, though it does not say so.
 
     Raises:
         AssetError: in one line, for what is not read, lies outside of its folder, or what MuJoCo refuses.
@@ -35,7 +58,9 @@ def read_model(path: Path) -> mujoco.MjSpec:
     elif parse(path).tag != "robot":
         raise AssetError(f"{path} is neither MJCF (<mujoco>) nor URDF (<robot>).")
     try:
-        spec = mujoco.MjSpec.from_file(str(path))
+        spec = read_urdf(path) if parse(path).tag == "robot" else mujoco.MjSpec.from_file(str(path))
+        if radian:
+            spec.compiler.degree = False
         spec.compile()
     except ValueError as error:
         raise AssetError(
@@ -115,9 +140,7 @@ def write_model(spec: mujoco.MjSpec, source: Path, out: Path, name: str) -> Path
         )
         if found is None:
             raise AssetError(f"{source} names the mesh {file}, which is not in {folder}.")
-        if found.suffix.lower() not in MESH_KINDS or not found.resolve().is_relative_to(
-            source.parent.resolve()
-        ):
+        if found.suffix.lower() not in MESH_KINDS or not inside(found, source):
             raise AssetError(
                 f"{source} names {file}, which is no STL, OBJ or MSH file inside of {source.parent}."
             )

@@ -12,6 +12,7 @@ from grasp_bench.system.paths import assets_dir
 from grasp_bench.workshop.arm_models import PANDA, UR5E, arm_mjcf
 from grasp_bench.workshop.cup_models import suction_mjcf
 from grasp_bench.workshop.jaw_models import GRIPPERS, gripper_mjcf
+from grasp_bench.workshop.linkage_models import linkage_mjcf
 
 
 def write_models(folder: Path) -> list[Path]:
@@ -19,6 +20,7 @@ def write_models(folder: Path) -> list[Path]:
     texts = {folder / "arms" / c.name / "arm.xml": arm_mjcf(c) for c in (UR5E, PANDA)}
     texts |= {folder / "grippers" / j.name / "gripper.xml": gripper_mjcf(j) for j in GRIPPERS}
     texts[folder / "grippers" / "suction-20" / "gripper.xml"] = suction_mjcf("suction-20")
+    texts[folder / "grippers" / "adaptive-85" / "gripper.xml"] = linkage_mjcf("adaptive-85")
     for path, text in texts.items():
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)

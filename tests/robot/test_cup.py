@@ -28,6 +28,8 @@ def cup() -> SuctionCup:
 def test_force_is_vacuum_times_area() -> None:
     assert cup().force == pytest.approx((20e3 * math.pi * 1e-4, 60e3 * math.pi * 1e-4))
     assert cup().pad_friction(0.7, 0.0) == pytest.approx([0.7, 0.007, 0.01])
+    assert cup().opening == pytest.approx(0.02)
+    assert cup().joints_at(0.01).tolist() == [0, 0]
     assert cup().command(np.array([0.01, 0.0, -0.01])).tolist() == [0, 0, 1]
 
 

@@ -22,7 +22,9 @@ from grasp_bench.scenario.sections import Scenario
 from grasp_bench.workshop import gripper_meshes
 
 ARMS = [load_arm(n) for n in shipped("arm")]
-GRIPPERS = [g for n in shipped("gripper") if not isinstance(g := load_gripper(n), SuctionCup)]
+JAWS = [g for n in shipped("gripper") if not isinstance(g := load_gripper(n), SuctionCup)]
+GRIPPERS = [g for g in JAWS if g.shape.linkage is None]
+"""Grippers of two slides; those of hinges are in test_linkage.py, cups in test_cup.py."""
 GROUP = 3
 """Geoms that collide."""
 
@@ -169,7 +171,7 @@ def test_the_actuator_gives_each_pad_its_force(gripper: Gripper) -> None:
     assert gripper.shape.strongest > gripper.force[1]  # squeezing reaches the greatest force
 
 
-@pytest.mark.parametrize("gripper", GRIPPERS, ids=lambda g: g.name)
+@pytest.mark.parametrize("gripper", JAWS, ids=lambda g: g.name)
 def test_what_a_scenario_may_ask_of_the_gripper_is_what_it_can(gripper: Gripper) -> None:
     def asked(key: str, value: float) -> Scenario:
         content = {

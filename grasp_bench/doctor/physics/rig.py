@@ -124,9 +124,9 @@ class Rig:
         # Closed at the speed of a trial: thrown shut, the fingers would hit the body at more than 1 m/s.
         gripper = self.scenario.gripper
         for jaw in np.arange(thickness / 2 + 0.001, -gripper.squeeze, -gripper.closing_speed * self.dt):
-            self.data.ctrl[self._jaw] = jaw
+            self.data.ctrl[self._jaw] = hand.command(float(jaw))
             self.world.step(1)
-        self.data.ctrl[self._jaw] = -gripper.squeeze
+        self.data.ctrl[self._jaw] = hand.command(-gripper.squeeze)
         self.run(gripper.settle_time)
         self.load(self._gravity)
 

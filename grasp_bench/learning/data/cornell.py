@@ -1,6 +1,6 @@
 """The Cornell grasping data set (Jiang, Moseson & Saxena, ICRA 2011; Lenz et al. 2013) as distributed.
 
-Anywhere below the root: ``pcdNNNNr.png`` (640×480), ``pcdNNNNcpos.txt`` (four lines ``x y`` a
+Anywhere below the root: ``pcdNNNNr.png`` (640×480; or ``.jpg``), ``pcdNNNNcpos.txt`` (four lines ``x y`` a
 rectangle) and depth, either ``pcdNNNNd.tiff`` as GG-CNN's converter writes it, or the original
 point cloud ``pcdNNNN.txt``. ``z.txt`` (image number, object number, description …) tells which
 images show the same object; without it views of an object are only known to have consecutive
@@ -58,7 +58,8 @@ class Cornell(Collection):
             if found is None:
                 continue
             number = found[1]
-            rgb, cloud = (labels.with_name(f"pcd{number}{end}") for end in ("r.png", ".txt"))
+            rgb = first_there(*(labels.with_name(f"pcd{number}r.{end}") for end in ("png", "jpg", "jpeg")))
+            cloud = labels.with_name(f"pcd{number}.txt")
             tiff = first_there(*(labels.with_name(f"pcd{number}d.{end}") for end in ("tiff", "tif")))
             depth = tiff if tiff.is_file() or not cloud.is_file() else cloud
             entries.append(Entry(f"pcd{number}", objects.get(int(number)), labels, rgb, depth))

@@ -36,11 +36,12 @@ def list_grippers(as_json: AsJson = False) -> None:
         typer.echo(json.dumps([_facts(g) for g in found]))
         return
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
     table = Table(header_style="bold")
     for head in ("Name", "Opening [mm]", "Force [N]", "Finger [mm]", "Pad [mm]", "Mass [kg]"):
-        table.add_column(head, justify="left" if head == "Name" else "right")
+        table.add_column(escape(head), justify="left" if head == "Name" else "right")
     for g in found:
         finger = (g.finger_thickness, g.finger_width, g.finger_length)
         table.add_row(
@@ -64,15 +65,18 @@ def show(name: Name, as_json: AsJson = False) -> None:
         typer.echo(json.dumps(_facts(gripper)))
         return
     from rich.console import Console
+    from rich.markup import escape
 
     console, shape = Console(soft_wrap=True), gripper.shape
-    console.print(f"[bold]{gripper.name}[/bold]: {gripper.title}, {shape.mass:.2f} kg; {gripper.path}")
+    told = escape(f": {gripper.title}, {shape.mass:.2f} kg; {gripper.path}")
+    console.print(f"[bold]{escape(gripper.name)}[/bold]{told}")
     if gripper.facts.source:
-        console.print(f"Source: {gripper.facts.source}")
+        console.print(f"Source: {gripper.facts.source}", markup=False)
     (least, most), ends = gripper.force, gripper.facts.commands
     console.print(
         f"Stated: {least:g} to {most:g} N a pad, up to {gripper.speed:g} m/s a finger; actuator "
-        f"{gripper.actuator!r}, {ends.open:g} open, {ends.closed:g} closed"
+        f"{gripper.actuator!r}, {ends.open:g} open, {ends.closed:g} closed",
+        markup=False,
     )
     console.print(
         f"Measured: opens {1000 * gripper.opening:.1f} mm; fingers "
@@ -116,7 +120,7 @@ def import_command(
         str | None, typer.Option(help="Geoms that touch what is held, one of each finger, comma-separated.")
     ] = None,
     force: Annotated[str, typer.Option(help="Least and greatest force of each pad [N].")] = "5,100",
-    speed: Annotated[float, typer.Option(min=0.001, help="Greatest speed of each finger [m/s].")] = 0.1,
+    speed: Annotated[float, typer.Option(min=0.001, help="Greatest speed of each finger \\[m/s].")] = 0.1,
     title: Annotated[str | None, typer.Option(help="What it is called in reports.")] = None,
 ) -> None:
     """Make a folder with gripper.yaml of the MJCF or URDF that you have: two fingers on slides.

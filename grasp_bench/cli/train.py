@@ -86,7 +86,7 @@ def train_command(
     console.print(f"{len(scenes.train)} scenes to train on, {len(scenes.val)} to validate on")
     trained = _train_with_progress(config, scenes, out, console, begin)
     weights = _store(trained, config, scenes, sources, out, export)
-    console.print(f"{trained.accuracy}\n[bold]{weights}[/bold]")
+    console.print(f"{trained.accuracy}\n{weights}", markup=False)
 
 
 def read_settings(typed: dict[str, Any]) -> tuple[TrainConfig, Path | None]:

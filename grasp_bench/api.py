@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 import re
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -32,6 +33,7 @@ from grasp_bench.runs.limits import MOST_SEED, MOST_TRIALS
 from grasp_bench.runs.record import TrialRecord
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.scenario.sections import Scenario
+from grasp_bench.system import cache
 from grasp_bench.system.graphics import prepare, resolve_renderer
 from grasp_bench.system.interrupts import told_apart
 from grasp_bench.system.progress import Progress
@@ -171,6 +173,7 @@ def run(
     chosen_executor = None
     if here is None:
         chosen_executor = make_executor(executor, workers or 0, memory_limit=limit, ray_address=ray_address)
+    told = cache.first_use() if progress is True else None
     log = None if rerun is None else Path(rerun).absolute()
     early: Any = nullcontext()
     if here is not None:  # it may change the current folder
@@ -179,6 +182,8 @@ def run(
         early = early_crew((name,), workers or 0, len(jobs), renderer)
     with told_apart(), early, _reporting(progress, len(jobs)) as on_trial:
         summary = run_trials(settings, jobs, folder, 1, on_trial, here, chosen_executor, on_error == "raise")
+    if told is not None:
+        print(told, file=sys.stderr)
     if log is not None:
         from grasp_bench.media.rerun_log import join_parts
 

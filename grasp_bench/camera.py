@@ -16,6 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from grasp_bench.system.arrays import Floats
 
+FARTHEST = 20.0
+"""Median depth above which an image cannot be in metres [m]."""
+
 
 @dataclass(frozen=True)
 class Intrinsics:
@@ -158,6 +161,11 @@ class RgbdImage:
             raise ValueError(
                 "depth must be finite and not negative (0 marks invalid pixels); "
                 "replace NaN by 0 before building an RgbdImage"
+            )
+        if self.depth.max(initial=0) > FARTHEST and (middle := np.median(self.depth[self.valid])) > FARTHEST:
+            raise ValueError(
+                f"depth must be in metres, but the middle of its values is {middle:.4g}: it seems to be in "
+                "millimetres; divide it by 1000"
             )
 
     @property

@@ -167,3 +167,20 @@ def test_the_image_spans_its_field_of_view(width: int, height: int, fov: float) 
     k = Intrinsics.from_fov(width, height, fov)
     left, right = k.deproject([[0, 0], [width, 0]], [1, 1])
     assert math.atan(right[0]) - math.atan(left[0]) == pytest.approx(fov)
+
+
+@pytest.mark.parametrize("far", [550.0, 21.0])
+def test_depth_in_millimetres_is_refused_in_one_line(far: float) -> None:
+    rgb, depth = np.zeros((480, 640, 3), np.uint8), np.full((480, 640), far, np.float32)
+    depth[:240] = 0  # not measured
+    with pytest.raises(ValueError, match=r"must be in metres, .*millimetres; divide it by 1000$") as raised:
+        RgbdImage(rgb, depth, K)
+    assert "\n" not in str(raised.value)
+    RgbdImage(rgb, depth / 1000, K)
+
+
+def test_a_few_far_pixels_are_no_millimetres() -> None:
+    rgb, depth = np.zeros((480, 640, 3), np.uint8), np.full((480, 640), 0.6, np.float32)
+    depth[0, :40] = 65.535
+    assert RgbdImage(rgb, depth, K).valid.all()
+    assert not RgbdImage(rgb, np.zeros((480, 640), np.float32), K).valid.any()

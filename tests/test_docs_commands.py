@@ -3,15 +3,10 @@
 from __future__ import annotations
 
 import re
-import shlex
 from pathlib import Path
-from typing import Any
 
 import pytest
-import typer
-from typer.main import get_command
-
-from grasp_bench.cli import app
+from written_commands import PLACEHOLDER, fault
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted(
@@ -26,7 +21,6 @@ BLOCK = re.compile(r"^( *)```([\w-]*)[^\n]*\n(.*?)^\1```", re.DOTALL | re.MULTIL
 SHELLS = ("", "bash", "console", "sh")
 INLINE = re.compile(r"`([^` \n][^`\n]*)`")
 COMMAND = re.compile(r"(?:^ *|&& |: |\$ )((?:grasp-bench |make |python (?:scripts|benchmarks|examples)/).*)")
-PLACEHOLDER = re.compile(r"…|\.\.\.|<[a-z]+>|[*{}$]|\b[A-Z][A-Z_]{2,}\b|\bN\b")
 TOP = ("assets", "benchmarks", "docs", "examples", "grasp_bench", "results", "scenarios", "scripts", "tests")
 MADE = re.compile(
     r"results/(?:mine|new|old|whole|bench|gate|leaderboard|sweep|report\.html|[\w.-]*-seed\d+|(?:RUN|NAME)\b)|"
@@ -50,38 +44,6 @@ def commands(page: Path) -> list[str]:
     for line in lines:
         found += COMMAND.findall(line)
     return [re.split(r" && | #| \||;|   +[a-z(]", line)[0].strip().rstrip("`.,):") for line in found]
-
-
-def fault(command: str) -> str | None:
-    """Say what is wrong with a command; None where nothing is, or where it is a pattern of one."""
-    try:
-        words = shlex.split(command)
-    except ValueError as error:
-        return str(error)
-    if words[0] == "make":
-        targets = re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE)
-        return None if len(words) < 2 or words[1] in targets else f"no target {words[1]}"
-    if words[0] == "python":
-        return None if (ROOT / words[1]).is_file() else f"no file {words[1]}"
-    return refused(get_command(app), words[1:])
-
-
-def refused(command: Any, words: list[str]) -> str | None:
-    """Say what a command's parser refuses; words in capitals stand for anything."""
-    if below := getattr(command, "commands", None):
-        if not words or words[0].startswith("-") or PLACEHOLDER.search(words[0]):
-            return None
-        return refused(below[words[0]], words[1:]) if words[0] in below else f"no command {words[0]}"
-    try:
-        command.make_context("x", list(words))
-    except typer.Exit:
-        return None
-    except Exception as error:  # Typer brings its own Click, whose names differ between versions
-        kind = type(error).__name__
-        half = kind in ("MissingParameter", "BadOptionUsage") and len(words) < 2  # as named in a sentence
-        pattern = kind != "NoSuchOption" and PLACEHOLDER.search(" ".join(words))
-        return None if half or pattern else f"{kind}: {error}"
-    return None
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.relative_to(ROOT).as_posix())

@@ -67,28 +67,31 @@ def common(
     """Take the options of the command itself."""
 
 
-app.command("run")(run_command)
-app.command("report")(report_command)
-app.add_typer(objects_app, name="objects")
-app.add_typer(scenarios_app, name="scenarios")
-app.add_typer(grippers_app, name="grippers")
-app.add_typer(arms_app, name="arms")
-app.add_typer(leaderboard_app, name="leaderboard")
-app.add_typer(predictors_app, name="predictors")
-app.command("serve")(serve_command)
-app.add_typer(data_app, name="data")
-app.command("sweep")(sweep_command)
-app.command("rank")(rank_command)
-app.command("agree")(agree_command)
-app.command("train")(train_command)
-app.command("evaluate")(evaluate_command)
-app.command("bench-table")(bench_table_command)
-app.command("replay")(replay_command)
-app.command("why")(why_command)
-app.command("doctor")(doctor_command)
-app.command("merge")(merge_command)
-app.command("check")(check_command)
-app.add_typer(cache_app, name="cache")
+MEASURE, LOOK, TRAIN, SHARE = "Measure", "Look at what was measured", "Train", "Share"
+CHOOSE, MACHINE = "What there is to choose from", "This machine"
+
+app.command("run", rich_help_panel=MEASURE)(run_command)
+app.command("rank", rich_help_panel=MEASURE)(rank_command)
+app.command("agree", rich_help_panel=LOOK)(agree_command)
+app.command("sweep", rich_help_panel=MEASURE)(sweep_command)
+app.command("bench-table", rich_help_panel=MEASURE)(bench_table_command)
+app.command("report", rich_help_panel=LOOK)(report_command)
+app.command("why", rich_help_panel=LOOK)(why_command)
+app.command("replay", rich_help_panel=LOOK)(replay_command)
+app.command("check", rich_help_panel=LOOK)(check_command)
+app.command("train", rich_help_panel=TRAIN)(train_command)
+app.command("evaluate", rich_help_panel=TRAIN)(evaluate_command)
+app.command("serve", rich_help_panel=SHARE)(serve_command)
+app.command("merge", rich_help_panel=SHARE)(merge_command)
+app.command("doctor", rich_help_panel=MACHINE)(doctor_command)
+app.add_typer(data_app, name="data", rich_help_panel=TRAIN)
+app.add_typer(leaderboard_app, name="leaderboard", rich_help_panel=SHARE)
+app.add_typer(predictors_app, name="predictors", rich_help_panel=CHOOSE)
+app.add_typer(objects_app, name="objects", rich_help_panel=CHOOSE)
+app.add_typer(scenarios_app, name="scenarios", rich_help_panel=CHOOSE)
+app.add_typer(grippers_app, name="grippers", rich_help_panel=CHOOSE)
+app.add_typer(arms_app, name="arms", rich_help_panel=CHOOSE)
+app.add_typer(cache_app, name="cache", rich_help_panel=MACHINE)
 
 
 def main() -> None:

@@ -29,11 +29,12 @@ def list_arms(as_json: AsJson = False) -> None:
         typer.echo(json.dumps([_facts(a) for a in found]))
         return
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
     table = Table(header_style="bold")
     for head in ("Name", "Title", "Joints", "Greatest torques [N m]", "Mass [kg]"):
-        table.add_column(head, justify="left" if head in ("Name", "Title") else "right")
+        table.add_column(escape(head), justify="left" if head in ("Name", "Title") else "right")
     for a in found:
         torques = ", ".join(f"{t:g}" for t in a.torque_limits)
         table.add_row(a.name, a.title, str(len(a.joints)), torques, f"{a.shape.mass:.1f}")
@@ -51,19 +52,21 @@ def show(name: Name, as_json: AsJson = False) -> None:
         return
     import numpy as np
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
     console, shape, facts = Console(soft_wrap=True), arm.shape, arm.facts
-    console.print(f"[bold]{arm.name}[/bold]: {arm.title}, {shape.mass:.1f} kg; {arm.path}")
+    told = escape(f": {arm.title}, {shape.mass:.1f} kg; {arm.path}")
+    console.print(f"[bold]{escape(arm.name)}[/bold]{told}")
     if facts.source:
-        console.print(f"Source: {facts.source}")
+        console.print(f"Source: {facts.source}", markup=False)
     table = Table(header_style="bold")
     for head in ("Joint", "Range [°]", "Speed [°/s]", "Torque [N m]", "Home [°]", "Ready [°]"):
-        table.add_column(head, justify="left" if head == "Joint" else "right")
+        table.add_column(escape(head), justify="left" if head == "Joint" else "right")
     for i, joint in enumerate(arm.joints):
         low, high = np.degrees(shape.position_limits[i])
         table.add_row(
-            joint,
+            escape(joint),
             f"{low:.1f} to {high:.1f}",
             f"{facts.velocity_deg[i]:g}",
             f"{shape.torque_limits[i]:g}",

@@ -60,8 +60,9 @@ def synth_command(
 
         made = generate(out, scenes, seed, config, workers, report)
     for index, reason in made.failed.items():
-        console.print(f"[red]scene {index} failed: {reason}[/red]")
-    console.print(f"{len(made.entries)} scenes in {out}. Grasps that held, by quality of the analysis:")
+        console.print(f"scene {index} failed: {reason}", style="red", markup=False)
+    told = f"{len(made.entries)} scenes in {out}. Grasps that held, by quality of the analysis:"
+    console.print(told, markup=False)
     for edge, count, share in calibration(out, made.entries):
         console.print(f"  up to {edge:.1f}: {100 * share:5.1f} % of {count}")
 
@@ -123,7 +124,7 @@ def export_command(
         Literal["jacquard"],
         typer.Option("--format", help="Jacquard's files: RGB, perfect and noisy depth, mask, grasps."),
     ] = "jacquard",
-    size: Annotated[int, typer.Option(help="Side of the images [px]; Jacquard's is 1024.", min=32)] = 1024,
+    size: Annotated[int, typer.Option(help="Side of the images \\[px]; Jacquard's is 1024.", min=32)] = 1024,
     limit: Annotated[int | None, typer.Option(help="Scenes at most.", min=1)] = None,
 ) -> None:
     """Write generated scenes in another data set's layout, so that other trainers can read them.

@@ -72,7 +72,7 @@ def evaluate_command(
     ] = None,
     fmt: Annotated[Format, typer.Option("--format", help="table, markdown or json.")] = "table",
     rim: Annotated[
-        int, typer.Option(help="Width of the rim in which grasps do not count [px]; legacy: 20.", min=0)
+        int, typer.Option(help="Width of the rim in which grasps do not count \\[px]; legacy: 20.", min=0)
     ] = 0,
     pictures: Annotated[
         Path | None, typer.Option(help="Draw each image whose best grasp is wrong into this folder.")

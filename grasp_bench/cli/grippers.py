@@ -37,11 +37,12 @@ def list_grippers(as_json: AsJson = False) -> None:
         typer.echo(json.dumps([_facts(g) for g in found]))
         return
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
     table = Table(header_style="bold")
     for head in ("Name", "Opening [mm]", "Force [N]", "Finger [mm]", "Pad [mm]", "Mass [kg]"):
-        table.add_column(head, justify="left" if head == "Name" else "right")
+        table.add_column(escape(head), justify="left" if head == "Name" else "right")
     for g in found:
         finger = (g.finger_thickness, g.finger_width, g.finger_length)
         cup = isinstance(g, SuctionCup)
@@ -66,30 +67,35 @@ def show(name: Name, as_json: AsJson = False) -> None:
         typer.echo(json.dumps(_facts(gripper)))
         return
     from rich.console import Console
+    from rich.markup import escape
 
     from grasp_bench.robot.cup import SuctionCup
 
     console, shape = Console(soft_wrap=True), gripper.shape
-    console.print(f"[bold]{gripper.name}[/bold]: {gripper.title}, {shape.mass:.2f} kg; {gripper.path}")
+    told = escape(f": {gripper.title}, {shape.mass:.2f} kg; {gripper.path}")
+    console.print(f"[bold]{escape(gripper.name)}[/bold]{told}")
     if gripper.facts.source:
-        console.print(f"Source: {gripper.facts.source}")
+        console.print(f"Source: {gripper.facts.source}", markup=False)
     least, most = gripper.force
     if isinstance(gripper, SuctionCup):
         cup = gripper.cup
         console.print(
             f"Stated: vacuum of {cup.vacuum[0] / 1000:g} to {cup.vacuum[1] / 1000:g} kPa; the rim tilts by "
             f"{cup.tilt_deg:g}° and follows {1000 * cup.compliance:g} mm; up to {1000 * cup.hollow:g} mm may "
-            f"stand out into it; pressed in by {1000 * cup.press:g} mm"
+            f"stand out into it; pressed in by {1000 * cup.press:g} mm",
+            markup=False,
         )
         console.print(
             f"Measured: rim ⌀ {2000 * gripper.radius:g} mm, so {least:.1f} to {most:.1f} N pull it off; hand "
-            f"{_mm(shape.palm)} mm; flange to TCP {1000 * shape.flange_to_tcp:.1f} mm"
+            f"{_mm(shape.palm)} mm; flange to TCP {1000 * shape.flange_to_tcp:.1f} mm",
+            markup=False,
         )
         return
     ends = gripper.jaws.commands
     console.print(
         f"Stated: {least:g} to {most:g} N a pad, up to {gripper.speed:g} m/s a finger; actuator "
-        f"{gripper.actuator!r}, {ends.open:g} open, {ends.closed:g} closed"
+        f"{gripper.actuator!r}, {ends.open:g} open, {ends.closed:g} closed",
+        markup=False,
     )
     console.print(
         f"Measured: opens {1000 * gripper.opening:.1f} mm; fingers "
@@ -140,7 +146,7 @@ def import_command(
         str | None, typer.Option(help="Geoms that touch what is held, one of each finger, comma-separated.")
     ] = None,
     force: Annotated[str, typer.Option(help="Least and greatest force of each pad [N].")] = "5,100",
-    speed: Annotated[float, typer.Option(min=0.001, help="Greatest speed of each finger [m/s].")] = 0.1,
+    speed: Annotated[float, typer.Option(min=0.001, help="Greatest speed of each finger \\[m/s].")] = 0.1,
     title: Annotated[str | None, typer.Option(help="What it is called in reports.")] = None,
     radian: Annotated[
         bool, typer.Option("--radian", help="The file's angles are radians, though it does not say so.")

@@ -50,7 +50,12 @@ def list_objects(
     for e in entries:
         size = " × ".join(f"{1000 * x:.0f}" for x in e["extents"])
         table.add_row(
-            e["name"], e["category"], f"{1000 * e['mass']:.0f}", size, e["material"], str(e["hulls"])
+            escape(e["name"]),
+            escape(e["category"]),
+            f"{1000 * e['mass']:.0f}",
+            size,
+            escape(e["material"]),
+            str(e["hulls"]),
         )
     Console().print(table)
 
@@ -82,11 +87,12 @@ def show(
         typer.echo(json.dumps(entry))
         return
     from rich.console import Console
+    from rich.markup import escape
 
     console = Console()
     console.print(
-        f"[bold]{name}[/bold] ({entry['category']}): {1000 * entry['mass']:.0f} g, "
-        f"{entry['material']}, friction {entry['friction']:g} against the pads"
+        f"[bold]{escape(name)}[/bold] ({escape(entry['category'])}): {1000 * entry['mass']:.0f} g, "
+        f"{escape(entry['material'])}, friction {entry['friction']:g} against the pads"
     )
     size, off = " × ".join(f"{1000 * x:.1f}" for x in entry["extents"]), entry["decomposition"]
     console.print(
@@ -94,7 +100,7 @@ def show(
         f"{entry['hulls']} convex pieces, volume {off['volume_ratio']:.3f} of the mesh's, "
         f"surface at most {1000 * off['max_distance']:.1f} mm off"
     )
-    console.print(f"Source: {entry['source']}")
+    console.print(f"Source: {entry['source']}", markup=False)
     for pose in model.poses:
         console.print(
             f"Rests with probability {pose.probability:.2f}, centre of mass "

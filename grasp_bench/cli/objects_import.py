@@ -23,13 +23,13 @@ def import_command(
     units: Annotated[str, typer.Option(help="The files' unit: m, cm, mm, in (inches) or auto.")] = "auto",
     length: Annotated[
         float | None,
-        typer.Option(help="Scale one object to this longest side [m]; for meshes without a unit."),
+        typer.Option(help="Scale one object to this longest side \\[m]; for meshes without a unit."),
     ] = None,
     scale: Annotated[
         float | None, typer.Option(help="Metres that the files' unit is, such as 0.001; instead of --units.")
     ] = None,
-    mass: Annotated[float | None, typer.Option(help="Mass of the object [kg].")] = None,
-    density: Annotated[float | None, typer.Option(help="Density instead of a mass [kg/m³].")] = None,
+    mass: Annotated[float | None, typer.Option(help="Mass of the object \\[kg].")] = None,
+    density: Annotated[float | None, typer.Option(help="Density instead of a mass \\[kg/m³].")] = None,
     masses: Annotated[Path | None, typer.Option(help="CSV with a line name,mass_kg for each object.")] = None,
     friction: Annotated[float, typer.Option(help="Friction against the finger pads.")] = 0.6,
     name: Annotated[str | None, typer.Option(help="Name of a single object.")] = None,
@@ -86,7 +86,7 @@ def import_command(
         task = bar.add_task("Importing", total=len(jobs))
         for report in import_all(jobs, out, workers or os.cpu_count() or 1, timeout):
             reports.append(report)
-            bar.update(task, advance=1, description=f"{report.name}: {report.status}"[:60])
+            bar.update(task, advance=1, description=escape(f"{report.name}: {report.status}"[:60]))
             count = listed.write()  # now: a kill leaves what is finished ready to run
             _tell(report, bar.console)
     count = listed.write()
@@ -122,18 +122,18 @@ def _tell(report: Report, console: Console) -> None:
     from rich.markup import escape
 
     if report.status == "failed":
-        console.print(f"[red]{report.name}: not imported[/red]: {escape(report.why)}", soft_wrap=True)
+        console.print(f"[red]{escape(report.name)}: not imported[/red]: {escape(report.why)}", soft_wrap=True)
         return
     d = report.details
     size = " × ".join(f"{1000 * x:.0f}" for x in d["extents"])
     console.print(
-        f"[bold]{report.name}[/bold]: {report.status}, {size} mm, {1000 * d['mass']:.0f} g, "
+        f"[bold]{escape(report.name)}[/bold]: {report.status}, {size} mm, {1000 * d['mass']:.0f} g, "
         f"{d['hulls']} convex pieces",
         soft_wrap=True,
     )
     if report.replaced:
         console.print(
-            f"  replaces the {report.name} that was imported from {escape(report.replaced)}; "
+            f"  replaces the {escape(report.name)} that was imported from {escape(report.replaced)}; "
             "--name keeps both",
             soft_wrap=True,
         )

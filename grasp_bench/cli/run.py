@@ -128,10 +128,12 @@ def run_command(
         from grasp_bench.report.summary import Summary
         from grasp_bench.runs.jobs import Shard, spread
         from grasp_bench.scenario.reading import load_scenario
+        from grasp_bench.system import cache
 
         console = Console(quiet=quiet or as_json)
         if workers < asked:
             console.print(f"{asked} workers would only wait for each other here; {workers} are used.")
+        of_the_cache = cache.first_use()
         allowed = ErrorLimit.parse(max_errors)
         if objects is not None and objects != "all" and os.path.isdir(objects):
             catalog = Catalog(Path(objects))
@@ -167,9 +169,10 @@ def run_command(
             "[yellow]A torn last line, left by a kill, was cut off; that trial was done again.[/yellow]"
         )
     if summary.added == 0:
-        console.print(f"{folder} is finished already: nothing was left to do.")
+        console.print(f"{folder} is finished already: nothing was left to do.", markup=False)
     elif summary.resumed:
-        console.print(f"Resumed {folder}: {summary.resumed} trials were done, {summary.added} added.")
+        told_of = f"Resumed {folder}: {summary.resumed} trials were done, {summary.added} added."
+        console.print(told_of, markup=False)
     if done.left_out:
         console.print(
             f"[yellow]Left out, as the gripper cannot grasp them in any resting pose "
@@ -186,6 +189,8 @@ def run_command(
     )
     for line in ending(done):
         console.print(escape(line), soft_wrap=True, highlight=False)
+    if of_the_cache is not None:
+        console.print(of_the_cache, soft_wrap=True, markup=False, highlight=False)
     if rerun is not None:
         console.print(
             f"{rerun}: {rerun.stat().st_size / 1e6:.1f} MB; open it with `rerun {rerun}`."
@@ -193,11 +198,12 @@ def run_command(
             else "No trial was done now, so there is nothing for Rerun; "
             "`grasp-bench replay` logs trials of a finished run.",
             soft_wrap=True,
+            markup=False,
         )
     if media != "none":
         from grasp_bench.media.cost import describe_cost
 
-        console.print(describe_cost(folder), soft_wrap=True)
+        console.print(describe_cost(folder), soft_wrap=True, markup=False)
     if allowed.exceeded(done.faults, len(done)):
         typer.echo(
             f"{done.faults} trials ended unstable, in a timeout or an error (allowed: {allowed}); "

@@ -25,13 +25,14 @@ def list_command(
         typer.echo(json.dumps([{"name": n, "description": d} for n, d in found], ensure_ascii=False))
         return
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
     table = Table(header_style="bold")
     table.add_column("Name", no_wrap=True)
     table.add_column("What it is")
     for row in found:
-        table.add_row(*row)
+        table.add_row(*map(escape, row))
     console = Console()
     console.print(table)
     console.print(

@@ -68,17 +68,19 @@ def sweep_command(
         typer.echo(done.as_json(), nl=False)
         return
     console.print(as_table(done))
-    console.print(f"Figures: {', '.join(p.name for p in written)} in {folder}.", soft_wrap=True)
+    told = f"Figures: {', '.join(p.name for p in written)} in {folder}."
+    console.print(told, soft_wrap=True, markup=False)
 
 
 def as_table(done: Sweep) -> Table:
     """Return the points as a table for the terminal."""
+    from rich.markup import escape
     from rich.table import Table
 
     from grasp_bench.studies.sweep_chart import words
 
     table = Table(
-        title=f"{done.parameter} on {done.scenario}, seed {done.seed}",
+        title=escape(f"{done.parameter} on {done.scenario}, seed {done.seed}"),
         title_style="bold",
         header_style="bold",
     )
@@ -88,8 +90,8 @@ def as_table(done: Sweep) -> Table:
         own = words(p.value) == words(done.own)
         paired = ("", "") if own or p.p is None else (f"{p.lost}/{p.gained}", f"{p.p:.2g}")
         table.add_row(
-            p.predictor,
-            words(p.value) + (" (own)" if own else ""),
+            escape(p.predictor),
+            escape(words(p.value) + (" (own)" if own else "")),
             f"{p.successes}/{p.trials}",
             f"{p.rate:.1%}",
             f"{p.low:.1%} – {p.high:.1%}",

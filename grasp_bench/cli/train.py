@@ -112,7 +112,7 @@ def train_command(
     console.print(f"{len(scenes.train)} scenes to train on, {len(scenes.val)} to validate on")
     trained = _train_with_progress(config, scenes, out, console, begin)
     weights = _store(trained, config, scenes, sources, out, export)
-    console.print(f"{trained.accuracy}\n{trained.course.told()}\n[bold]{weights}[/bold]")
+    console.print(f"{trained.accuracy}\n{trained.course.told()}\n{weights}", markup=False)
 
 
 def with_recipe(recipe: str, typed: dict[str, Any], context: typer.Context | None) -> dict[str, Any]:

@@ -71,6 +71,9 @@ class Displaced(PrivilegedPredictor):
 
     DISTANCE = 0.2
 
+    def __init__(self) -> None:
+        self._angle = 0.0  # where nobody calls begin()
+
     def begin(self, rng: np.random.Generator) -> None:
         """Draw the direction of the displacement."""
         self._angle = rng.uniform(-math.pi, math.pi)
@@ -169,6 +172,9 @@ class Random:
 
     COUNT = 1
 
+    def __init__(self) -> None:
+        self._rng = np.random.default_rng(0)  # where nobody calls begin()
+
     def begin(self, rng: np.random.Generator) -> None:
         """Take the trial's random stream."""
         self._rng = rng
@@ -209,6 +215,9 @@ class Antipodal:
 
     SAMPLES = 4000
     FRICTION_ANGLE = math.atan(0.5)
+
+    def __init__(self) -> None:
+        self._rng = np.random.default_rng(0)  # where nobody calls begin()
 
     def begin(self, rng: np.random.Generator) -> None:
         """Take the trial's random stream."""

@@ -116,7 +116,7 @@ def show(tables: Iterable[TextTable], console: Console) -> None:
         for i, name in enumerate(t.head):  # numbers keep one line, so their heads may need several
             number = i in t.numbers
             table.add_column(
-                fill(name, 8, break_long_words=False) if number else name,
+                Text(fill(name, 8, break_long_words=False) if number else name),
                 justify="right" if number else "left",
                 no_wrap=number,
                 overflow="fold",

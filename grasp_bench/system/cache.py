@@ -47,6 +47,21 @@ def limit() -> int:
     return int(told) * 10**6
 
 
+def first_use() -> str | None:
+    """Return what to tell of the first models that are kept; None where some are there, or none are kept.
+
+    Raises:
+        GraspBenchError: where :data:`LIMIT` is no number.
+    """
+    most = limit()
+    if not most or entries():
+        return None
+    return (
+        f"Compiled models go to {folder()}: some 6 MB for each object and scenario, 1 to 2 GB with time, at "
+        f"most {most / 1e9:g} GB. {LIMIT}=500 in the environment allows 500; `grasp-bench cache` shows them."
+    )
+
+
 def entries() -> list[Entry]:
     """Files of the cache, those used last first."""
     found, now = [], time.time()

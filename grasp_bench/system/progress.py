@@ -17,7 +17,8 @@ def counting(console: Console) -> Any:
     """Return a Rich progress bar for ``with``, whose tasks have a description and a field ``state``."""
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    description, state = TextColumn("{task.description}"), TextColumn("{task.fields[state]}")
+    description = TextColumn("{task.description}", markup=False)
+    state = TextColumn("{task.fields[state]}", markup=False)
     columns = (description, BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), state)
     return Progress(*columns, console=console)
 

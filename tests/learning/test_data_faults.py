@@ -154,3 +154,19 @@ def test_numbers_of_five_digits_and_short_endings_are_read(tmp_path: Path) -> No
     found = open_collection(root)
     assert [e.name for e in found.entries] == ["pcd10001"]
     assert found.load(found.entries[0]).depth.max() > 0
+
+
+def test_colours_may_be_jpeg(tmp_path: Path) -> None:
+    cornell, jacquard = write_cornell(tmp_path / "c", GRASPS[:2]), write_jacquard(tmp_path / "j", SMALL[:2])
+    for root in (cornell, jacquard):
+        before = open_collection(root)
+        sharp = [before.load(e).rgb for e in before.entries]
+        for entry in before.entries:
+            picture = cv2.imread(str(entry.rgb))
+            cv2.imwrite(str(entry.rgb.with_suffix(".jpg")), picture, [cv2.IMWRITE_JPEG_QUALITY, 98])
+            entry.rgb.unlink()
+        found = open_collection(root)
+        assert [e.name for e in found.entries] == [e.name for e in before.entries]
+        assert found.missing == []
+        for entry, rgb in zip(found.entries, sharp, strict=True):
+            assert np.abs(found.load(entry).rgb.astype(int) - rgb).mean() < 5

@@ -13,13 +13,16 @@ import torch
 from safetensors.torch import load_file, save_file
 
 from grasp_bench.camera import Intrinsics, RgbdImage
-from grasp_bench.errors import AssetError, UnknownNameError
+from grasp_bench.errors import AssetError, PredictorError, UnknownNameError
 from grasp_bench.networks.packing import SCALE
 from grasp_bench.networks.registry import NETWORKS, build
 from grasp_bench.networks.store import WeightsFile
 from grasp_bench.networks.weights import load, save
 from grasp_bench.predictors import identity
+from grasp_bench.predictors.names import load_predictor
 from grasp_bench.predictors.network import NetworkPredictor, centre_crop
+from grasp_bench.predictors.protocol import PrivilegedPredictor
+from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.system.integrity import MANIFEST, sha256
 
 
@@ -344,3 +347,21 @@ def test_scales_that_fit_no_matrix(spoil, weights, tmp_path: Path, monkeypatch: 
     save_file(spoil(tensors, key), path)
     with pytest.raises(AssetError, match=r"\.scale does not belong to a matrix in 8 bits"):
         load("htc-grasp", path)
+
+
+@pytest.mark.parametrize("name", [n for n, s in SHIPPED.items() if s.kind == "control"])
+def test_controls_answer_where_nobody_called_begin(name: str) -> None:
+    control = load_predictor(name)
+    if isinstance(control, PrivilegedPredictor):  # it is not for images alone, but says so
+        with pytest.raises(PredictorError, match="needs the simulator's truth"):
+            control.predict(image())
+        return
+    grasps = control.predict(image())
+    assert grasps
+    assert grasps == load_predictor(name).predict(image())
+
+
+def test_a_network_answers_where_nobody_called_begin(weights: dict[str, Path]) -> None:
+    made = load_predictor(f"gg-cnn@{weights['gg-cnn']}")
+    assert not hasattr(made, "begin")
+    assert made.predict(image())

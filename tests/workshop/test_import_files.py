@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import base64
 import io
 import json
+import re
 import struct
 from pathlib import Path
 from typing import Any
@@ -459,3 +461,72 @@ def test_hostile_dae_files_are_refused(tmp_path: Path, content: str, why: str) -
     (tmp_path / "a.dae").write_text(content)
     with pytest.raises(RefusedError, match=why):
         read_mesh(Folder(tmp_path), "a.dae")
+
+
+# ---------------------------------------------------------------- glTF of text, with files beside it
+
+
+def as_text(glb: Glb, directory: Path, inline: bool = False) -> dict[str, Any]:
+    """Write ``a.gltf`` with its buffer and picture as files in a folder of their own, or within it."""
+    image = glb.tree["images"][0]
+    view = glb.views[image.pop("bufferView")]
+    parts = {
+        "parts/all%20of.bin": glb.binary,
+        "parts/paint.png": glb.binary[view["byteOffset"] :][: view["byteLength"]],
+    }
+    for name, data in parts.items():
+        path = directory / name.replace("%20", " ")
+        path.parent.mkdir(exist_ok=True)
+        if not inline:
+            path.write_bytes(data)
+    kind = "data:application/octet-stream;base64,"
+    uris = [kind + base64.b64encode(d).decode() for d in parts.values()] if inline else list(parts)
+    image["uri"] = uris[1]
+    buffers = [{"byteLength": len(glb.binary), "uri": uris[0]}]
+    tree = glb.tree | {"bufferViews": glb.views, "accessors": glb.accessors, "buffers": buffers}
+    (directory / "a.gltf").write_text(json.dumps(tree))
+    return tree
+
+
+@pytest.mark.parametrize("inline", [False, True], ids=["files", "inline"])
+def test_gltf_with_its_files_is_the_same_as_glb(tmp_path: Path, inline: bool) -> None:
+    whole = Glb().read(tmp_path)
+    as_text(Glb(), tmp_path, inline)
+    scan = read_mesh(Folder(tmp_path), "a.gltf")
+    np.testing.assert_array_equal(scan.vertices, whole.vertices)
+    np.testing.assert_array_equal(scan.faces, whole.faces)
+    np.testing.assert_allclose(colours(scan), (200, 20, 20), atol=2)
+    assert (scan.metres, scan.up, scan.notes) == (whole.metres, whole.up, ())
+
+
+def test_gltf_without_its_picture_is_imported_without_it(tmp_path: Path) -> None:
+    as_text(Glb(), tmp_path)
+    (tmp_path / "parts" / "paint.png").unlink()
+    scan = read_mesh(Folder(tmp_path), "a.gltf")
+    assert size(scan) == pytest.approx([0.06, 0.04, 0.03], abs=1e-5)
+    assert "parts/paint.png is missing: imported without it" in scan.notes
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        (
+            lambda tree: tree["buffers"][0].update(uri="none.bin"),
+            "none.bin, which the glTF names, is not there",
+        ),
+        (lambda tree: tree["buffers"][0].update(uri="../../etc/passwd"), "leads outside"),
+        (lambda tree: tree["buffers"][0].update(uri="https://example.com/a.bin"), "is an address"),
+        (lambda tree: tree["buffers"][0].update(byteLength=10**9), "and promises 1000000000"),
+        (lambda tree: tree["buffers"][0].update(uri=None), "a buffer without a file"),
+        (lambda tree: tree["buffers"][0].update(uri="data:x;base64,%%"), "not base64"),
+        (lambda tree: tree["bufferViews"][0].update(buffer=7), "cannot be read"),
+        (lambda tree: tree["bufferViews"][0].update(byteOffset="1"), "cannot be read"),
+        (lambda tree: tree.pop("asset"), "no glTF object"),
+    ],
+)
+def test_gltf_that_cannot_be_read_says_why(tmp_path: Path, change: Any, why: str) -> None:
+    tree = as_text(Glb(), tmp_path)
+    change(tree)
+    (tmp_path / "a.gltf").write_text(json.dumps(tree))
+    with pytest.raises(RefusedError, match=re.escape(why)):
+        read_mesh(Folder(tmp_path), "a.gltf")

@@ -1,6 +1,6 @@
 """The Jacquard data set (Depierre, Dellandréa & Chen, IROS 2018) as distributed.
 
-A folder an object, anywhere below the root, with ``N_ID_RGB.png`` (1024×1024),
+A folder an object, anywhere below the root, with ``N_ID_RGB.png`` (1024×1024; or ``.jpg``),
 ``N_ID_perfect_depth.tiff``, ``N_ID_stereo_depth.tiff`` (holes are −1), ``N_ID_mask.png`` and
 ``N_ID_grasps.txt``: lines ``x;y;theta;opening;jaw size`` in pixels and degrees, clockwise as
 seen in the image. Shorter names without ``N_ID_`` are read as well.
@@ -53,7 +53,7 @@ class Jacquard(Collection):
         entries = []
         for labels in own_files(root, f"*{ENDING}"):
             prefix = labels.name.removesuffix(ENDING)
-            rgb = labels.with_name(prefix + "RGB.png")
+            rgb = first_there(*(labels.with_name(f"{prefix}RGB.{end}") for end in ("png", "jpg", "jpeg")))
             tiff = first_there(*(labels.with_name(f"{prefix}{depth}_depth.{end}") for end in ("tiff", "tif")))
             name = prefix.rstrip("_") or labels.parent.relative_to(root).as_posix()
             entries.append(Entry(name, _object(labels, prefix, root), labels, rgb, tiff))

@@ -16,14 +16,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from grasp_bench.camera import FARTHEST
 from grasp_bench.errors import AssetError
 from grasp_bench.grasps import Grasp
 from grasp_bench.networks.spec import Kind
 from grasp_bench.runs.evaluation import DatasetName
 from grasp_bench.system.arrays import Floats
-
-FARTHEST = 20.0
-"""Median depth above which an image cannot be in metres [m]."""
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ class Remembering:
 
     def __init__(self, inner: Predictor) -> None:
         self._inner = inner
+        self._rng = np.random.default_rng(0)  # where nobody calls begin()
         self._answers: dict[bytes, list[Grasp]] = {}
 
     def begin(self, rng: np.random.Generator) -> None:

@@ -20,7 +20,7 @@ GENERIC = frozenset(
 MAX_DEPTH = 4
 MAX_OBJECTS = 5000
 OTHER_FORMATS = frozenset(
-    ".gltf .fbx .3ds .off .blend .usd .usda .usdc .usdz .sdf .step .stp .3mf .wrl .x3d".split()
+    ".fbx .3ds .off .blend .usd .usda .usdc .usdz .sdf .step .stp .3mf .wrl .x3d".split()
 )
 """Formats of shapes that are not read; files of these are named where they are left out."""
 SAID = 8
@@ -46,7 +46,7 @@ def find_objects(path: Path, name: str | None = None) -> Found:
     In a folder, every URDF or MJCF file is an object, and the meshes it refers to are parts of it. Where
     all meshes of a folder have names that say nothing (``textured.obj``), they are one object, called as
     the folder; otherwise every mesh is an object of its own. Where one is there in several formats, GLB is
-    taken before OBJ, DAE, PLY and STL. Linked folders are not entered. Whatever is in the folder may be
+    taken before glTF, OBJ, DAE, PLY and STL. Linked folders are not entered. Whatever is in the folder may be
     read by whatever is in it.
 
     Args:
@@ -82,8 +82,6 @@ def _check_format(path: Path) -> None:
     hint = ""
     if suffix in (".zip", ".gz", ".tgz", ".tar", ".7z"):
         hint = "; unpack archives first"
-    elif suffix == ".gltf":
-        hint = "; export it as GLB, with everything embedded"
     elif suffix in OTHER_FORMATS:
         hint = "; export it as GLB or OBJ"
     raise RefusedError(

@@ -15,7 +15,7 @@ from grasp_bench.errors import GraspBenchError
 
 MAX_FILE = 200_000_000
 """Largest file that is read [bytes]."""
-MESH_SUFFIXES = (".glb", ".obj", ".dae", ".ply", ".stl")
+MESH_SUFFIXES = (".glb", ".gltf", ".obj", ".dae", ".ply", ".stl")
 ROBOT_SUFFIXES = (".urdf", ".xml", ".mjcf", ".xacro")
 ARCHIVES = {
     b"PK\x03\x04": "ZIP",

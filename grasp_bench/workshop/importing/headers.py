@@ -192,4 +192,5 @@ CHECKS = {
     ".stl": _guarded(_check_stl),
     ".ply": _guarded(_check_ply),
     ".glb": _guarded(_check_glb),
+    ".gltf": _guarded(_check_glb),  # once it is packed into a GLB
 }

@@ -21,8 +21,12 @@ from grasp_bench.workshop.importing.folder import MESH_SUFFIXES, Folder, Refused
 from grasp_bench.workshop.importing.gltf import Shape, read_glb
 from grasp_bench.workshop.importing.headers import CHECKS, MAX_FACES, MAX_VERTICES, plain_stl
 from grasp_bench.workshop.importing.obj_text import map_options, plain_obj, plain_text
+from grasp_bench.workshop.importing.packing import packed
 from grasp_bench.workshop.importing.paint import Paint, join, read_paint
 from grasp_bench.workshop.importing.textures import Textures
+
+GLTF = (".glb", ".gltf")
+"""Formats that say themselves that they are in metres, with y up."""
 
 
 @dataclass(frozen=True)
@@ -105,10 +109,10 @@ def read_mesh(folder: Folder, name: str, picture: Image.Image | None = None) -> 
             content = plain_obj(content, notes)
         elif suffix == ".stl":
             content = plain_stl(content, notes)
+        elif suffix == ".gltf":
+            content = packed(content, folder, textures)
         CHECKS[suffix](content)
-        shapes = (
-            read_glb(content, textures) if suffix == ".glb" else _load(content, suffix, textures, picture)
-        )
+        shapes = read_glb(content, textures) if suffix in GLTF else _load(content, suffix, textures, picture)
     except (RefusedError, MemoryError):
         raise
     except Exception as error:
@@ -134,7 +138,7 @@ def read_mesh(folder: Folder, name: str, picture: Image.Image | None = None) -> 
     if not np.isfinite(vertices[joined]).all():
         raise RefusedError(f"{Path(name).name}: coordinates are not finite numbers")
     longest = max(shapes, key=lambda s: float(np.ptp(s.vertices[s.faces].reshape(-1, 3), axis=0).max()))
-    metres, up = (1.0, "y") if suffix == ".glb" else _dae_asset(content) if suffix == ".dae" else (None, None)
+    metres, up = (1.0, "y") if suffix in GLTF else _dae_asset(content) if suffix == ".dae" else (None, None)
     return Scan(
         np.nan_to_num(vertices),
         joined,

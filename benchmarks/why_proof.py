@@ -53,6 +53,7 @@ class Faulty:
         return [
             replace(g, angle=wrap_angle(g.angle + self._turn), width=self._narrow * g.width)
             for g in self._inner.predict(image)
+            if isinstance(g, Grasp)
         ]
 
 

@@ -195,7 +195,7 @@ def _common(
     found: Sequence[dict[Key, bool]], cluster: Callable[[Key], str]
 ) -> tuple[NDArray[np.bool_], NDArray]:
     """Return (predictors, items) verdicts on the items in all, and the number of each one's cluster."""
-    keys = sorted(reduce(lambda a, b: a & b, (f.keys() for f in found)))  # pyright: ignore[reportArgumentType]
+    keys = sorted(reduce(lambda a, b: a & b, (f.keys() for f in found)))
     if not keys:
         raise ResultsError("the predictors have no trial or image in common; measure all on the same.")
     clusters = np.unique([cluster(k) for k in keys], return_inverse=True)[1]

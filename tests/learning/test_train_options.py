@@ -18,7 +18,8 @@ from test_training import FAST, folder  # noqa: F401 (eight synthetic scenes)
 from grasp_bench.cli.train import read_settings, train_command, with_recipe
 from grasp_bench.errors import AssetError
 from grasp_bench.learning.data.scenes import SceneSet, load_scenes
-from grasp_bench.learning.training.card import model_card, provenance, training_command
+from grasp_bench.learning.data.stages.style import Style
+from grasp_bench.learning.training.card import made, model_card, provenance, training_command
 from grasp_bench.learning.training.config import TrainConfig
 from grasp_bench.learning.training.course import Course
 from grasp_bench.learning.training.loop import CHECKPOINT, Trained, train
@@ -52,6 +53,7 @@ VALUES: dict[str, st.SearchStrategy[Any]] = {
     "positive_weight": st.floats(0, 9),
     "ema": st.floats(0, 1, exclude_max=True),
     "augment": st.booleans(),
+    "zoom": st.floats(1.1, 4),
     "precision": st.sampled_from(["auto", "fp32", "bf16"]),
     "device": st.sampled_from(["auto", "cpu", "cuda"]),
     "workers": counts,
@@ -129,7 +131,7 @@ def test_each_setting_is_reached_alone(name: str, begun: str) -> None:
         "device": "cpu",
         "init": begun,
     }
-    others |= {"input": "rgbd", "holdout": "1/3", "split": "image", "ema": 0.5}
+    others |= {"input": "rgbd", "holdout": "1/3", "split": "image", "ema": 0.5, "zoom": 2.0}
     config = TrainConfig.model_validate({name: others.get(name, 7)})
     command = training_command(config, [Source(Path("synth"))])
     assert command.startswith("grasp-bench train --predictor htc-grasp --data synth --")
@@ -202,3 +204,25 @@ def test_checkpoints_from_before_a_setting_was_one_go_on(folder: Path, tmp_path:
     other = SceneSet(scenes.train, scenes.val, "of another fold")
     with pytest.raises(AssetError, match="the scenes were others"):
         train(held_out, other, tmp_path)
+
+
+def test_the_command_that_made_the_data_names_its_style(tmp_path: Path) -> None:
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    (mine / "index.jsonl").write_text("{}\n" * 3)
+    camera_like = Style().model_dump(mode="json")
+    for style, words in (
+        (None, "grasp-bench data synth --scenes 3 --seed 19 --tries 20 --out mine"),
+        (
+            camera_like,
+            "grasp-bench data synth --style camera-like --scenes 3 --seed 19 --tries 20 --out mine",
+        ),
+        (
+            camera_like | {"colour": {}},
+            "# mine.yaml: the style in mine/config.json\n"
+            "grasp-bench data synth --style mine.yaml --scenes 3 --seed 19 --tries 20 --out mine",
+        ),
+    ):
+        config = {"tries": 20} | ({} if style is None else {"style": style})
+        (mine / "config.json").write_text(json.dumps({"seed": 19, "config": config}))
+        assert made(Source(mine)) == words

@@ -9,6 +9,7 @@ from typing import Any
 
 from grasp_bench.learning.data.opening import open_collection
 from grasp_bench.learning.data.scenes import INDEX, SceneSet, is_generated
+from grasp_bench.learning.data.stages.style import Style
 from grasp_bench.learning.training.config import FREE_TO_CHANGE, TrainConfig
 from grasp_bench.learning.training.loop import Trained, shown
 from grasp_bench.learning.training.sources import Source
@@ -44,7 +45,7 @@ def provenance(
             "train": len(scenes.train),
             "val": len(scenes.val),
         },
-        "commands": "\n".join([*map(_made, data), *_begun_with(config), training_command(config, data)]),
+        "commands": "\n".join([*map(made, data), *_begun_with(config), training_command(config, data)]),
         "accuracy": {
             "top1": [accuracy.hits, accuracy.scenes],
             "rectangle": [accuracy.correct, accuracy.labelled],
@@ -60,17 +61,21 @@ def _begun_with(config: TrainConfig) -> list[str]:
     return [f"# {name}: the weights whose SHA-256 begins with {digest}"]
 
 
-def _made(source: Source) -> str:
+def made(source: Source) -> str:
     """Return the command that makes a data set, as far as the folder tells."""
     folder = source.folder
     if not is_generated(folder):
         return f"# {folder.name}: a copy of {open_collection(folder).describe().split(' in ')[0]}"
     try:
-        made = json.loads((folder / "config.json").read_text())
+        told = json.loads((folder / "config.json").read_text())
         scenes = len((folder / INDEX).read_text().splitlines())
+        style, own = told["config"].get("style"), ""
+        if style is not None and style != Style().model_dump(mode="json"):
+            own = f"# {folder.name}.yaml: the style in {folder.name}/config.json\n"
+        named = "" if style is None else f"--style {f'{folder.name}.yaml' if own else 'camera-like'} "
         return (
-            f"grasp-bench data synth --scenes {scenes} --seed {made['seed']} "
-            f"--tries {made['config']['tries']} --out {folder.name}"
+            f"{own}grasp-bench data synth {named}--scenes {scenes} --seed {told['seed']} "
+            f"--tries {told['config']['tries']} --out {folder.name}"
         )
     except (OSError, ValueError, KeyError):
         return f"# {folder.name}: not made by `grasp-bench data synth`"

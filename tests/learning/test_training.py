@@ -563,6 +563,7 @@ def test_a_detector_is_trained_evaluated_and_asked(folder: Path, tmp_path: Path)
     scene = load_scene(folder / "scenes/000000.npz")
     image = RgbdImage(scene.rgb, unpacked(scene.depth), Intrinsics.from_fov(SIZE, SIZE, 1.0))
     for grasp in predictor.predict(image):
+        assert isinstance(grasp, Grasp)
         assert 48 <= grasp.x <= 272, "within the crop"
     with pytest.raises(GraspBenchError, match="gives grasps and no maps"):
         predictor.maps(image)  # type: ignore[attr-defined]

@@ -26,7 +26,7 @@ def grasps_command(
     from grasp_bench.objects.catalog import Catalog
     from grasp_bench.objects.isaac_grasp import write_isaac_grasps
     from grasp_bench.predictors.reference import reference_poses
-    from grasp_bench.robot.gripper import load_gripper
+    from grasp_bench.robot.grippers import load_gripper
 
     hand, model = load_gripper(gripper), Catalog(folder).load(name)
     if pose >= len(model.poses):

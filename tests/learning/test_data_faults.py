@@ -163,6 +163,7 @@ def test_colours_may_be_jpeg(tmp_path: Path) -> None:
         sharp = [before.load(e).rgb for e in before.entries]
         for entry in before.entries:
             picture = cv2.imread(str(entry.rgb))
+            assert picture is not None
             cv2.imwrite(str(entry.rgb.with_suffix(".jpg")), picture, [cv2.IMWRITE_JPEG_QUALITY, 98])
             entry.rgb.unlink()
         found = open_collection(root)

@@ -7,8 +7,6 @@ from concurrent.futures import Future, as_completed
 from pathlib import Path
 from typing import Any
 
-import mujoco
-import numpy as np
 from pebble import ProcessPool
 
 from grasp_bench.objects.catalog import Catalog, ObjectModel
@@ -20,12 +18,10 @@ from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.floating import compile_floating
 from grasp_bench.scene.floating_cup import floating as floating_of
 from grasp_bench.system.spawning import SpawnContext
-from grasp_bench.workshop.poses import reference_grasps
+from grasp_bench.workshop.poses import reference_grasps, stand
 
 TIME_LIMIT = 1800.0
 """Seconds that an object may take."""
-SETTLING = 2.0
-"""Seconds in which an object put down in its known pose comes to rest."""
 
 
 def fit(model: ObjectModel, gripper: Gripper) -> list[dict[str, Any]]:
@@ -36,20 +32,10 @@ def fit(model: ObjectModel, gripper: Gripper) -> list[dict[str, Any]]:
     """
     scenario = with_gripper(Scenario(name="reference"), gripper.name)
     floating = floating_of(compile_floating(scenario, [model], gripper), scenario, 1, gripper)
-    q = floating.object_q[0]
     poses = []
     for pose in model.poses:
-        data = floating.data
-        mujoco.mj_resetData(floating.model, data)
-        floating.park()
-        data.qpos[q : q + 3] = (*scenario.table.center, pose.height)
-        data.qpos[q + 3 : q + 7] = pose.quaternion
-        grasps = []
-        if floating.settle(SETTLING):
-            matrix = np.zeros(9)
-            mujoco.mju_quat2Mat(matrix, data.qpos[q + 3 : q + 7])
-            place = data.qpos[q : q + 3].copy()
-            grasps = reference_grasps(floating, place, matrix.reshape(3, 3), seen=True)
+        placed = stand(floating, pose)
+        grasps = [] if placed is None else reference_grasps(floating, *placed, seen=True)
         known = {"quaternion": pose.quaternion.tolist(), "height": pose.height}
         poses.append(known | {"probability": pose.probability, "grasps": grasps})
     return poses

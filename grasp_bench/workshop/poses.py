@@ -18,7 +18,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from grasp_bench.objects.catalog import load_details
+from grasp_bench.objects.catalog import RestingPose, load_details
 from grasp_bench.planning import heightfield, suction
 from grasp_bench.planning.depth import SIDE_CLEARANCE
 from grasp_bench.planning.heightfield import CELL, HeightField
@@ -50,6 +50,8 @@ ROOM_BESIDE = 0.002
 planner's :data:`SIDE_CLEARANCE`."""
 SEEN_ROOM = SIDE_CLEARANCE + 0.001
 """What the planner wants beside a finger, and half a pixel on the table [m]."""
+STANDING = 2.0
+"""Seconds in which an object put down in its known pose comes to rest."""
 STARS = 1e3
 """Height from which rays are cast so far down that they are parallel [m]."""
 
@@ -117,6 +119,23 @@ def rest(gripper: FloatingGripper, rotation: Floats, model: SceneObject) -> tupl
     if ended.reshape(3, 3)[2] @ rotation[2] < np.cos(np.radians(15)):
         return None
     return data.qpos[q : q + 3].copy(), data.qpos[q + 3 : q + 7].copy()
+
+
+def stand(gripper: FloatingGripper, pose: RestingPose) -> tuple[Floats, Floats] | None:
+    """Put the object down at the table's centre in a pose that it is known to rest in, the gripper parked.
+
+    Its position (3,) [m] and rotation (3, 3), or None when it did not come to rest.
+    """
+    data, q = gripper.data, gripper.object_q[0]
+    mujoco.mj_resetData(gripper.model, data)
+    gripper.park()
+    data.qpos[q : q + 3] = (*gripper.scenario.table.center, pose.height)
+    data.qpos[q + 3 : q + 7] = pose.quaternion
+    if not gripper.settle(STANDING):
+        return None
+    matrix = np.zeros(9)
+    mujoco.mju_quat2Mat(matrix, data.qpos[q + 3 : q + 7])
+    return data.qpos[q : q + 3].copy(), matrix.reshape(3, 3)
 
 
 def reference_grasps(

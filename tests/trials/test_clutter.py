@@ -17,7 +17,7 @@ from grasp_bench.camera import RgbdImage
 from grasp_bench.grasps import Grasp
 from grasp_bench.objects.catalog import Catalog, ObjectModel
 from grasp_bench.predictors.controls import Oracle
-from grasp_bench.report.clutter import attempts_in_words, in_words, summarise_clutter
+from grasp_bench.report.clutter import attempts_in_words, clutter_table, in_words, summarise_clutter
 from grasp_bench.report.table4 import build_report
 from grasp_bench.report.tables import markdown
 from grasp_bench.runs.jobs import Job
@@ -205,5 +205,30 @@ def test_figures_over_episodes_are_added_up() -> None:
     assert figures.by_attempt == (Rate(2, 2), Rate(1, 2), Rate(1, 1), Rate(0, 1))
     assert attempts_in_words(figures) == "1: 2/2, 2: 1/2, 3: 1/1, 4: 0/1"
     assert figures.outcomes == {"success": 4, "missed": 2}
-    assert "objects cleared 4/8 = 50.0% (21.5% – 78.5%)" in in_words(figures)
+    low, high = figures.cleared_interval
+    assert low <= 1 / 5, "a table is worth one draw, however many objects it has"
+    assert high == 1.0
+    assert f"objects cleared 4/8 = 50.0% ({low:.1%} – {high:.1%})" in in_words(figures)
     assert summarise_clutter([], 2).attempts == Rate(0, 0)
+
+
+def test_intervals_are_as_wide_as_tables_differ() -> None:
+    def episode(outcomes: str) -> EpisodeRecord:
+        attempts = [
+            {"attempt": i, "object": "a", "category": "toys", "outcome": "success" if o == "+" else "missed"}
+            for i, o in enumerate(outcomes)
+        ]
+        return EpisodeRecord.read(
+            {"objects": ["a"] * 4, "cleared": outcomes.count("+"), "attempts": attempts}
+        )
+
+    alike = summarise_clutter([episode("++-+-")] * 20, 20)
+    apart = summarise_clutter([episode("++++")] * 12 + [episode("-----")] * 8, 20)
+    assert alike.attempts_interval == pytest.approx(alike.attempts.interval), "never narrower than Wilson's"
+    low, high = apart.attempts_interval
+    assert high - low > 1.5 * (apart.attempts.interval[1] - apart.attempts.interval[0])
+    rows = clutter_table([("alike", alike), ("apart", apart)]).rows
+    assert [(row[0], row[1], row[4]) for row in rows] == [
+        ("alike", "60/100", "60/80"),
+        ("apart", "48/88", "48/80"),
+    ]

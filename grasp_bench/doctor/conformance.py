@@ -261,7 +261,9 @@ def _frames(raw: list[Any], sound: list[Grasp], sample: Sample) -> list[Finding]
         assert sample.camera is not None
         found += [
             Finding(level, text)
-            for level, text in slips(best.pose, sample.image.cloud(sample.mask)[0], sample.camera)
+            for level, text in slips(
+                best.pose, sample.image.cloud(sample.mask)[0].astype(np.float64), sample.camera
+            )
         ]
         return found
     return found + _on_object(best, sample.mask)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from grasp_bench.grasps import Grasp, GraspPose, KnownGrasp, SpatialGrasp
 from grasp_bench.planning.depth import WIDENING_GAIN, grasp_pose, openings, wanted_tip, widening
@@ -93,9 +94,9 @@ def _upright(pose: GraspPose) -> bool:
     return bool(pose.approach[2] < UPRIGHT)
 
 
-def _turned(posture: Sequence[float], end: Floats) -> Floats:
+def _turned(posture: ArrayLike, end: Floats) -> Floats:
     """Return a posture (N,) whose first joint is turned as in another [rad]."""
-    return np.array([end[0], *posture[1:]])
+    return np.array([end[0], *np.asarray(posture)[1:]])
 
 
 def straight(start: Floats, end: Floats) -> list[Floats]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from grasp_bench.camera import RgbdImage
@@ -145,7 +146,7 @@ class Antipodal6dof:
             return None
         return GraspPose(tcp, rotation, opening, self._quality(local[held], facing[held] @ rotation, depth))
 
-    def _depth(self, local: Floats, beside: Floats, centre: float, opening: float) -> float:
+    def _depth(self, local: Floats, beside: NDArray[np.bool_], centre: float, opening: float) -> float:
         """Return how far beyond the point the tips get before fingers or hand meet the cloud [m]."""
         gripper = self.GRIPPER
         x = np.abs(local[:, 0] - centre)
@@ -189,4 +190,4 @@ def _frame(approach: Floats, turn: float) -> Floats:
     x = np.cross(approach, np.eye(3)[int(np.argmin(np.abs(approach)))])
     x /= np.linalg.norm(x)
     x = math.cos(turn) * x + math.sin(turn) * np.cross(approach, x)
-    return np.column_stack([x, np.cross(approach, x), approach])
+    return np.column_stack([x, np.cross(approach, x), approach]).astype(np.float64)

@@ -46,8 +46,10 @@ def test_a_row_is_a_trial(tmp_path: Path) -> None:
     for row, record, image in zip(rows, run.records, keeps.images, strict=True):
         assert (row["object"], row["outcome"]) == (record.object, str(record.outcome))
         rgb = cv2.imdecode(np.frombuffer(row["rgb"]["bytes"], np.uint8), cv2.IMREAD_COLOR)
+        assert rgb is not None
         np.testing.assert_array_equal(rgb[..., ::-1], image.rgb)
         depth = cv2.imdecode(np.frombuffer(row["depth"]["bytes"], np.uint8), cv2.IMREAD_UNCHANGED)
+        assert depth is not None
         np.testing.assert_allclose(depth * DEPTH_UNIT, image.depth, atol=DEPTH_UNIT)
         assert record.grasp is not None
         assert row["grasp_x"] == record.grasp.x

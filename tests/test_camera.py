@@ -176,7 +176,7 @@ def test_depth_in_millimetres_is_refused_in_one_line(far: float) -> None:
     with pytest.raises(ValueError, match=r"must be in metres, .*millimetres; divide it by 1000$") as raised:
         RgbdImage(rgb, depth, K)
     assert "\n" not in str(raised.value)
-    RgbdImage(rgb, depth / 1000, K)
+    RgbdImage(rgb, depth / np.float32(1000), K)
 
 
 def test_a_few_far_pixels_are_no_millimetres() -> None:

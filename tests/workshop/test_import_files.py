@@ -7,6 +7,7 @@ import io
 import json
 import re
 import struct
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -530,3 +531,39 @@ def test_gltf_that_cannot_be_read_says_why(tmp_path: Path, change: Any, why: str
     (tmp_path / "a.gltf").write_text(json.dumps(tree))
     with pytest.raises(RefusedError, match=re.escape(why)):
         read_mesh(Folder(tmp_path), "a.gltf")
+
+
+# ---------------------------------------------------------------- one picture for many materials
+
+
+def sharing_glb(directory: Path) -> Scan:
+    glb = Glb()
+    view = glb.views[glb.tree["images"][0]["bufferView"]]
+    content = glb.binary[view["byteOffset"] :][: view["byteLength"]]
+    for i in range(1, 4):
+        glb.tree["images"].append({"bufferView": glb.view(content), "mimeType": "image/png"})
+        glb.tree["textures"].append({"source": i})
+        glb.tree["materials"].append({"pbrMetallicRoughness": {"baseColorTexture": {"index": i}}})
+        glb.tree["meshes"][0]["primitives"].append(glb.primitive | {"material": i})
+    return glb.read(directory)
+
+
+def sharing_obj(directory: Path) -> Scan:
+    Image.new("RGB", (32, 32), RED).save(directory / "p.png")
+    (directory / "a.mtl").write_text("".join(f"newmtl m{i}\nmap_Kd p.png\n" for i in range(4)))
+    lines = F.splitlines()
+    faces = "".join(
+        f"usemtl m{i}\n"
+        + "".join(re.sub(r"(\d+)", r"\1/1", line) + "\n" for line in lines[3 * i : 3 * i + 3])
+        for i in range(4)
+    )
+    (directory / "a.obj").write_text(f"mtllib a.mtl\n{V}vt 0.5 0.5\n{faces}")
+    return read_mesh(Folder(directory), "a.obj")
+
+
+@pytest.mark.parametrize("make", [sharing_glb, sharing_obj])
+def test_materials_share_a_picture_in_memory(tmp_path: Path, make: Callable[[Path], Scan]) -> None:
+    scan = make(tmp_path)
+    assert len(scan.paint.pictures) == 4
+    assert len({id(p) for p in scan.paint.pictures}) == 1
+    np.testing.assert_allclose(colours(scan), RED if make is sharing_obj else (200, 20, 20), atol=2)

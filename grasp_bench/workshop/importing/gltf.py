@@ -247,9 +247,9 @@ class _Reader:
                 continue
             view = self.tree["bufferViews"][natural(image["bufferView"])]
             start = natural(view.get("byteOffset", 0))
-            picture = self.textures.image(self.binary[start : start + natural(view["byteLength"])], name)
+            picture = self.textures.pixels(self.binary[start : start + natural(view["byteLength"])], name)
             if picture is not None:
-                return np.asarray(picture)
+                return picture
         if all(c is None for c in choices):
             named = ", ".join(sorted(given.get("extensions", {}))) or "no picture"
             self.textures.say(f"a texture is only there as {named}, which is not read: imported without it")

@@ -20,6 +20,7 @@ from scipy.spatial import cKDTree
 from grasp_bench.objects.catalog import VisualPart
 from grasp_bench.system.arrays import Floats, Ints
 from grasp_bench.workshop.importing.obj_text import map_options
+from grasp_bench.workshop.importing.textures import Textures
 
 MAX_COLORS = 28
 MAX_FACES = 60_000
@@ -80,9 +81,10 @@ class Paint:
         return rgb
 
 
-def read_paint(mesh: trimesh.Trimesh, picture: Image.Image | None = None) -> Paint:
-    """Read the colours of a loaded mesh; ``picture`` is its texture where it has coordinates but no
-    texture."""
+def read_paint(mesh: trimesh.Trimesh, textures: Textures, picture: Image.Image | None = None) -> Paint:
+    """Read the colours of a loaded mesh, whose pictures are tokens of ``textures``; ``picture`` is its
+    texture where it has coordinates but no texture.
+    """
     count = len(mesh.faces)
     corner_rgb = np.ones((count, 3, 3)) * PLAIN
     uv = np.full((count, 3, 2), np.nan)
@@ -107,7 +109,8 @@ def read_paint(mesh: trimesh.Trimesh, picture: Image.Image | None = None) -> Pai
             if np.isfinite(found).all():
                 _, scale, offset = map_options(str(image.info.get("file_path", "")))
                 uv, texture[:] = found * scale + offset, 0
-                pictures.append(np.asarray(image.convert("RGB")))
+                own = image is picture
+                pictures.append(np.asarray(image.convert("RGB")) if own else textures.behind(image))
                 if factor is None:
                     corner_rgb[:] = 1.0
     elif visual.kind == "vertex":

@@ -65,12 +65,10 @@ class _Resolver(Resolver):
             raise FileNotFoundError(name)
         if name.lower().endswith(".mtl"):
             return plain_text(content)
-        picture = self.textures.image(content, name)
-        if picture is None:
+        token = self.textures.token(content, name)
+        if token is None:
             raise FileNotFoundError(name)
-        plain = io.BytesIO()
-        picture.save(plain, "BMP")  # of whatever kind it was
-        return plain.getvalue()
+        return token
 
     def write(self, name: str, data: Any) -> None:
         raise NotImplementedError
@@ -174,7 +172,7 @@ def _load(content: bytes, suffix: str, textures: Textures, picture: Image.Image 
         Shape(
             np.asarray(m.vertices, float),
             np.asarray(m.faces, np.int64),
-            read_paint(m, picture),
+            read_paint(m, textures, picture),
             str(m.metadata.get("name", f"part {i + 1}"))[:60],
         )
         for i, m in enumerate(meshes)

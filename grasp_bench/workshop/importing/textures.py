@@ -8,6 +8,8 @@ from __future__ import annotations
 import io
 import warnings
 
+import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
 
 from grasp_bench.workshop.importing.folder import Folder, RefusedError
@@ -30,6 +32,7 @@ class Textures:
         self.notes: list[str] = []
         self._pixels = 0
         self._opened: dict[bytes, Image.Image | None] = {}
+        self._pixels_of: dict[bytes, NDArray[np.uint8]] = {}
 
     def find(self, reference: str) -> bytes | None:
         """Return the content of a referenced file; None, with a note, where there is none to read."""
@@ -56,6 +59,29 @@ class Textures:
                 self.say(f"{error}: imported without it")
                 self._opened[content] = None
         return self._opened[content]
+
+    def pixels(self, content: bytes, name: str) -> NDArray[np.uint8] | None:
+        """Return a picture as (H, W, 3), one array for the same content: many materials may share it."""
+        picture = self.image(content, name)
+        if picture is None:
+            return None
+        if content not in self._pixels_of:
+            self._pixels_of[content] = np.asarray(picture)
+        return self._pixels_of[content]
+
+    def token(self, content: bytes, name: str) -> bytes | None:
+        """Return a picture of one pixel that stands for another, for libraries that would copy that one."""
+        if self.pixels(content, name) is None:
+            return None
+        number = list(self._pixels_of).index(content)
+        plain = io.BytesIO()
+        Image.new("RGB", (1, 1), (number >> 16, number >> 8 & 255, number & 255)).save(plain, "BMP")
+        return plain.getvalue()
+
+    def behind(self, token: Image.Image) -> NDArray[np.uint8]:
+        """Return the picture (H, W, 3) that a :meth:`token` stands for."""
+        red, green, blue = np.asarray(token.convert("RGB"))[0, 0].tolist()
+        return list(self._pixels_of.values())[red << 16 | green << 8 | blue]
 
     def _open(self, content: bytes, name: str) -> Image.Image:
         try:

@@ -105,7 +105,7 @@ def managed(run: RunResults, catalog: Catalog | None = None) -> Managed | None:
     names = sorted(counts, key=lambda n: (known[n], n))
     x = np.array([known[n] for n in names])
     wins, trials = np.array([counts[n] for n in names], float).T
-    drawn = np.random.default_rng(0).multinomial(len(x), np.full(len(x), 1 / len(x)), size=DRAWS)
+    drawn = np.random.default_rng(0).multinomial(len(x), np.full(len(x), 1 / len(x)), DRAWS).astype(float)
     fits = logistic(x, wins, trials, np.vstack([np.ones(len(x)), drawn]))
     half = np.clip(crossing(fits), x[0], x[-1])
     curves = expit(fits, np.array(POINTS))

@@ -18,6 +18,7 @@ from grasp_bench.execution.runner import RunSummary
 from grasp_bench.execution.runner import run as run_trials
 from grasp_bench.media.modes import check_mode
 from grasp_bench.objects.catalog import Catalog, ObjectModel, folder_of
+from grasp_bench.objects.difficulty import check_graded
 from grasp_bench.objects.fitted import graspable, is_reference
 from grasp_bench.planning.planner import Planner
 from grasp_bench.planning.reach import check_reach
@@ -133,6 +134,8 @@ def run(
     gripper = chosen.robot.loaded.gripper
     asked = list(chosen.objects.names) or "all" if objects is None else objects
     catalog, names = select_objects(asked, gripper, chosen.objects.folder)
+    if chosen.objects.graded:
+        check_graded(chosen, catalog, names)
     check_reach(chosen)
     if chosen.camera.mount == "wrist":
         view_motions(Planner(chosen))

@@ -115,6 +115,14 @@ def objects() -> None:
     sheet.convert("RGB").save(IMAGES / "objects.jpg", quality=85)
 
 
+def grid() -> None:
+    """Contact sheet of the objects of graded difficulty: a row a size, a column a grade."""
+    catalog = Catalog()
+    names = sorted(catalog.select("grid"), key=lambda n: (n[-1], n))
+    sheet = contact_sheet([catalog.load(n) for n in names], columns=7)
+    sheet.convert("RGB").save(IMAGES / "grid.jpg", quality=85)
+
+
 def gallery() -> None:
     """Every object from two sides with its convex pieces and its grasp, a sheet a family."""
     catalog = Catalog()
@@ -129,6 +137,6 @@ def gallery() -> None:
 
 if __name__ == "__main__":
     IMAGES.mkdir(exist_ok=True)
-    makers = {"arm": arm, "trial": trial, "objects": objects, "gallery": gallery}
+    makers = {"arm": arm, "trial": trial, "objects": objects, "grid": grid, "gallery": gallery}
     for name in sys.argv[1:] or makers:
         makers[name]()

@@ -34,4 +34,7 @@ def objects(incomplete: str) -> list[str]:
         catalog = Catalog()
     except GraspBenchError:
         return []
-    return [before + comma + n for n in _starting(last, ["all", *catalog.names, *catalog.categories])]
+    return [
+        before + comma + n
+        for n in _starting(last, ["all", *catalog.names, *catalog.categories, *catalog.sets])
+    ]

@@ -71,6 +71,7 @@ def show(
     if picture is not None:
         with_gl()
     from grasp_bench.objects.catalog import Catalog
+    from grasp_bench.objects.difficulty import difficulty_of
 
     catalog = Catalog(folder)
     model = catalog.load(name)
@@ -101,6 +102,11 @@ def show(
         f"surface at most {1000 * off['max_distance']:.1f} mm off"
     )
     console.print(f"Source: {entry['source']}", markup=False)
+    if told := difficulty_of(entry):
+        console.print(
+            f"Difficulty {told.failing:.0%}: with gripper {told.gripper}, {told.tried - told.held} of "
+            f"{told.tried} random antipodal tries failed"
+        )
     for pose in model.poses:
         console.print(
             f"Rests with probability {pose.probability:.2f}, centre of mass "
@@ -115,7 +121,7 @@ def verify(folder: Folder = None) -> None:
 
     catalog = Catalog(folder)
     bad = []
-    for name in catalog.names:
+    for name in catalog.entries:
         try:
             model = catalog.load(name)
             if not (model.visual and model.hulls):
@@ -124,7 +130,9 @@ def verify(folder: Folder = None) -> None:
             bad.append(f"{name}: {error}")
     for line in bad:
         typer.echo(line, err=True)
-    typer.echo(f"{len(catalog.names) - len(bad)} of {len(catalog.names)} objects are as the manifest says.")
+    typer.echo(
+        f"{len(catalog.entries) - len(bad)} of {len(catalog.entries)} objects are as the manifest says."
+    )
     if bad:
         raise typer.Exit(2)
 
@@ -149,7 +157,7 @@ def sheet(
 @objects_app.command()
 def build(
     out: Annotated[Path, typer.Option(help="Target folder.")] = Path("assets/objects"),
-    only: Annotated[str | None, typer.Option(help="Names of objects, comma-separated.")] = None,
+    only: Annotated[str | None, typer.Option(help="Names or families, e.g. grid, comma-separated.")] = None,
     stage: Annotated[str, typer.Option(help="shape, rest or all.")] = "all",
     workers: Annotated[int, typer.Option(min=0, help="Processes; 0 takes one for each core.")] = 0,
 ) -> None:
@@ -158,16 +166,16 @@ def build(
     Takes minutes to hours; objects that have not changed are skipped, a killed build goes on.
     """
     without_gl()
-    import grasp_bench.workshop.household  # noqa: F401  (registers the objects)
-    from grasp_bench.workshop.build import build_all, write_manifest
-    from grasp_bench.workshop.model import REGISTRY
+    from grasp_bench.workshop.build import build_all, known, write_manifest
 
     if stage not in ("shape", "rest", "all"):
         raise UnknownNameError("stage", stage, ("shape", "rest", "all"))
-    names = list(REGISTRY) if only is None else [n.strip() for n in only.split(",")]
-    for name in names:
-        if name not in REGISTRY:
-            raise UnknownNameError("object", name, REGISTRY)
+    specs = known()
+    wanted = list(specs) if only is None else [n.strip() for n in only.split(",")]
+    names = [n for word in wanted for n, s in specs.items() if word in (n, s.family)]
+    for word in wanted:
+        if not any(word in (n, s.family) for n, s in specs.items()):
+            raise UnknownNameError("object", word, specs)
     from rich.progress import Progress
 
     failed = []

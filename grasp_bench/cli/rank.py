@@ -18,7 +18,10 @@ def rank_command(
     ] = "graded-as-predicted",
     score: Annotated[
         str | None,
-        typer.Option(help="firmness or success; by default firmness where the scenario measures it."),
+        typer.Option(
+            help="firmness, success, or difficulty of what is lifted (objects grid); by default firmness "
+            "where the scenario measures it."
+        ),
     ] = None,
     budget: Annotated[int, typer.Option(min=1, help="Most items, each a trial of all still in doubt.")] = 180,
     alpha: Annotated[
@@ -74,7 +77,7 @@ def rank_command(
     read = load_scenario(scenario)
     catalog, chosen = api.select_objects(objects or list(read.objects.names) or "all")
     names = [n for n, e in SHIPPED.items() if e.available] if predictors == ["all"] else predictors
-    counted = score_for(read, score)
+    counted = score_for(read, score, catalog, chosen)
     contest = Contest(tuple(names), read, catalog, tuple(chosen), counted, budget, alpha, seed)
     folder = out or Path("rankings") / f"{read.name}-seed{seed}"
     console = Console(quiet=as_json)

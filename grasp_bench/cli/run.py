@@ -23,8 +23,8 @@ def run_command(
         str | None,
         typer.Option(
             autocompletion=completion.objects,
-            help="all, object names, categories (comma-separated), or a folder with a manifest.json; by "
-            "default the scenario's objects, which are all unless it names some.",
+            help="all, object names, categories or grid (comma-separated), or a folder with a manifest.json; "
+            "by default the scenario's objects, which are all unless it names some.",
         ),
     ] = None,
     trials: Annotated[

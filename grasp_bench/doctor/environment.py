@@ -116,11 +116,11 @@ def _objects() -> Check:
         catalog = Catalog()
     except AssetError as error:
         return Check("Objects", State.BAD, str(error))
-    faults = [f for name in catalog.names for f in catalog.faults(name)]
+    faults = [f for name in catalog.entries for f in catalog.faults(name)]
     if faults:
         more = f" and {len(faults) - 3} more" if len(faults) > 3 else ""
         return Check("Objects", State.BAD, f"{'; '.join(faults[:3])}{more}. Restore the files.")
-    return Check("Objects", State.OK, f"{len(catalog.names)}, every file as the manifest says")
+    return Check("Objects", State.OK, f"{len(catalog.entries)}, every file as the manifest says")
 
 
 def _weights() -> Check:

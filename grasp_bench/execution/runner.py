@@ -13,6 +13,7 @@ from grasp_bench.execution.executors import make_executor
 from grasp_bench.execution.here import Here
 from grasp_bench.execution.protocol import Executor, Fault, failed
 from grasp_bench.objects.catalog import Catalog
+from grasp_bench.objects.difficulty import check_graded
 from grasp_bench.objects.fitted import fitted
 from grasp_bench.predictors.identity import identify
 from grasp_bench.predictors.protocol import Predictor
@@ -101,7 +102,10 @@ def check_inputs(settings: Settings, jobs: Jobs) -> Catalog:
     cache.limit()  # a wrong one is told now
     catalog = Catalog(settings.objects)
     gripper = settings.scenario.robot.loaded.gripper
-    for name in objects_of(settings, jobs, catalog):
+    names = objects_of(settings, jobs, catalog)
+    if settings.scenario.objects.graded:
+        check_graded(settings.scenario, catalog, names)
+    for name in names:
         model = fitted(catalog.load(name), gripper)  # every mesh is checked before the first trial
         if not model.graspable_poses:
             raise GraspBenchError(f"{name} has no resting pose in which a grasp fits the gripper")

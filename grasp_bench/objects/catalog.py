@@ -28,6 +28,8 @@ else:
     from functools import cached_property
 
 FILES = ("visual.glb", "collision.glb", "object.json")
+APART = ("grid",)
+"""Families of objects that are tried only where they are asked for by name: ``all`` does not mean them."""
 GRASPABLE = "graspable"
 """Entry of the manifest, false, of objects that no grasp fits the gripper on."""
 
@@ -192,16 +194,23 @@ class Catalog:
 
     @property
     def names(self) -> list[str]:
-        """All object names, in the manifest's order."""
-        return list(self.entries)
+        """The names of what ``all`` means, in the manifest's order: all objects but those of :data:`APART`,
+        where there are others."""
+        household = [n for n, e in self.entries.items() if e.get("family") not in APART]
+        return household or list(self.entries)
 
     @property
     def categories(self) -> list[str]:
         """All categories, sorted."""
-        return sorted({e["category"] for e in self.entries.values()})
+        return sorted({self.entries[n]["category"] for n in self.names})
+
+    @property
+    def sets(self) -> list[str]:
+        """Families of :data:`APART` that are there."""
+        return [s for s in APART if any(e.get("family") == s for e in self.entries.values())]
 
     def select(self, what: str) -> list[str]:
-        """Return the names meant by ``all``, a category, or comma-separated names and categories.
+        """Return the names meant by ``all``, or by comma-separated names, categories and :attr:`sets`.
 
         Raises:
             UnknownNameError: naming the nearest objects and categories.
@@ -211,8 +220,11 @@ class Catalog:
         chosen: list[str] = []
         for word in filter(None, (w.strip() for w in what.split(","))):
             found = [n for n, e in self.entries.items() if word in (n, e["category"])]
+            if word in self.sets:
+                found = [n for n, e in self.entries.items() if e.get("family") == word]
             if not found:
-                raise UnknownNameError("object or category", word, [*self.names, *self.categories])
+                known = [*self.entries, *self.categories, *self.sets]
+                raise UnknownNameError("object or category", word, known)
             chosen += [n for n in found if n not in chosen]
         if not chosen:
             raise UnknownNameError("object or category", what, self.names)
@@ -231,8 +243,8 @@ class Catalog:
         wanted = list(names)
         for name in wanted:
             if name not in self.entries:
-                raise UnknownNameError("object", name, self.names)
-        return [n for n in self.names if n in wanted] if wanted else self.names
+                raise UnknownNameError("object", name, self.entries)
+        return [n for n in self.entries if n in wanted] if wanted else self.names
 
     def faults(self, name: str) -> list[str]:
         """Return what is wrong with an object's files against the manifest; empty when all is well."""
@@ -253,7 +265,7 @@ class Catalog:
             AssetError: for files that are missing, changed or unreadable.
         """
         if name not in self.entries:
-            raise UnknownNameError("object", name, self.names)
+            raise UnknownNameError("object", name, self.entries)
         faults = self.faults(name)
         if faults:
             raise AssetError(

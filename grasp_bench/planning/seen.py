@@ -46,6 +46,11 @@ class SeenScene:
         self.heights = camera.position[2] + image.depth * self._rays[..., 2]
         self.heights[~image.valid] = np.nan
 
+    def places(self, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Floats:
+        """Return x and y (N, 2) in the world of what pixels show [m]."""
+        depth = self.image.depth[rows, columns][:, None]
+        return self.camera.position[:2] + self._rays[rows, columns, :2] * depth
+
     def highest(self, table: Table) -> float:
         """Return the greatest height seen on the table, robust against single pixels [m].
 

@@ -177,7 +177,8 @@ def _setting_fault(run: RunInfo) -> str:
 
 
 def _objects_fault(run: RunInfo) -> str:
-    shipped = {name: entry["files"] for name, entry in Catalog().entries.items()}
+    catalog = Catalog()
+    shipped = {name: catalog.entries[name]["files"] for name in catalog.names}
     given = run.objects
     missing = [n for n in shipped if n not in given]
     if missing:

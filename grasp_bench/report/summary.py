@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from grasp_bench.report.clutter import Clearing, by_frequency, summarise_clutter
+from grasp_bench.report.difficulty import Managed, managed
 from grasp_bench.report.firmness import Firmness, firmness
 from grasp_bench.report.trust import Trust
 from grasp_bench.runs.folder import load_timings
@@ -31,6 +32,7 @@ class Summary:
         clutter: figures of its episodes, if it cleared tables.
         trust: what it tells of its predictor's own word, and of its pace.
         firmness: how firmly it holds, if it measured that.
+        managed: how its success falls with difficulty, if that of its objects is known.
     """
 
     run: str
@@ -43,6 +45,7 @@ class Summary:
     clutter: Clearing | None
     trust: Trust
     firmness: Firmness | None = None
+    managed: Managed | None = None
 
     @classmethod
     def of(cls, results: RunResults, root: Path | None = None) -> Summary:
@@ -66,6 +69,7 @@ class Summary:
             summarise_clutter(episodes, len(records)) if results.info.cluttered else None,
             Trust.of(results, timings),
             firmness(results),
+            managed(results),
         )
 
     @property
@@ -92,6 +96,7 @@ class Summary:
             "timings": self.timings,
             "trust": self.trust.to_json(),
             "firmness": None if self.firmness is None else self.firmness.to_json(),
+            "difficulty": None if self.managed is None else self.managed.to_json(),
         }
 
 

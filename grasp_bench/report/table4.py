@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from grasp_bench.report.clutter import attempts_in_words, in_words
+from grasp_bench.report.clutter import attempts_in_words, clutter_table, in_words
+from grasp_bench.report.difficulty import difficulty_table
 from grasp_bench.report.firmness import FirmnessPair, compare_firmness, firmness_table, pairs_table
 from grasp_bench.report.groups import Group, beside_the_paper, grouped, is_control
 from grasp_bench.report.hands import Hands
@@ -122,6 +123,10 @@ class Report:
         told = [(r.run, r.firmness) for r in self.runs if r.firmness is not None]
         firm = [firmness_table(told)] if told else []
         firm += [pairs_table([r.run for r in self.runs], self.pairs)] if self.pairs else []
+        cleared = [(r.run, r.clutter) for r in self.runs if r.clutter is not None]
+        firm += [clutter_table(cleared)] if cleared else []
+        hard = [(r.run, r.managed) for r in self.runs if r.managed is not None]
+        firm += [difficulty_table(hard)] if hard else []
         trust = [trust_table([(r.run, r.trust) for r in order])] if order else []
         tables = (self._table(g, g is titled) for g in groups)
         hands = [self.hands.table()] if self.hands is not None else []

@@ -56,12 +56,14 @@ class Objects(Section):
     """Which objects a run takes unless it names others, and what is changed in them.
 
     Attributes:
-        names: each object's name with the reason why it is here; empty for all objects.
+        names: each object's name, or that of a category or set, with the reason why it is here; empty for all
+            household objects.
         folder: where they are: a shipped set below the assets, or the path of a folder with a manifest.
         poses: by an object's name, the numbers of the resting poses it is put down in, from 0; where nothing
             is said, those in which a grasp from above fits the gripper.
         mass_scale: factor on every mass and inertia.
         centre_of_mass_mm: shift of every centre of mass, in the object's frame [mm].
+        graded: whether the difficulty of all of them must have been measured, with the robot's gripper.
     """
 
     names: dict[str, str] = Field(default_factory=dict)
@@ -69,6 +71,7 @@ class Objects(Section):
     poses: dict[str, tuple[Annotated[int, Field(ge=0)], ...]] = Field(default_factory=dict)
     mass_scale: Positive = 1.0
     centre_of_mass_mm: Vector = (0.0, 0.0, 0.0)
+    graded: bool = False
 
     @field_validator("names", mode="before")
     @classmethod

@@ -13,6 +13,7 @@ from grasp_bench.execution.protocol import Round
 from grasp_bench.execution.runner import check_inputs, owned
 from grasp_bench.execution.together import can_share, try_together
 from grasp_bench.objects.catalog import Catalog
+from grasp_bench.objects.difficulty import check_graded
 from grasp_bench.predictors.identity import identify
 from grasp_bench.runs import margins
 from grasp_bench.runs.folder import RunFolder
@@ -43,18 +44,31 @@ SCORES = {
     "firmness": Score("firmness", margins.score),
 }
 """Scores by name; ``firmness`` (:func:`grasp_bench.runs.margins.score`) needs a scenario with a margin."""
+DIFFICULTY = "difficulty"
+"""Name of the score that a lift of an object of so much difficulty counts, and a failure 0."""
 
 
-def score_for(scenario: Scenario, name: str | None = None) -> Score:
+def score_for(
+    scenario: Scenario, name: str | None = None, catalog: Catalog | None = None, objects: Sequence[str] = ()
+) -> Score:
     """Return a score by its name; by default the finest that the scenario measures.
+
+    Args:
+        scenario: of all trials.
+        name: one of :data:`SCORES`, or :data:`DIFFICULTY`.
+        catalog, objects: whose difficulties count.
 
     Raises:
         UnknownNameError: for a name that is none.
-        GraspBenchError: for firmness where the scenario does not measure it.
+        GraspBenchError: for firmness where the scenario does not measure it, and for objects whose difficulty
+            was not measured with its gripper.
     """
     chosen = name or ("success" if scenario.margin is None else "firmness")
+    if chosen == DIFFICULTY:
+        known = check_graded(scenario, catalog or Catalog(), objects)
+        return Score("difficulty lifted", lambda record: known[record.object] * record.success)
     if chosen not in SCORES:
-        raise UnknownNameError("score", chosen, list(SCORES))
+        raise UnknownNameError("score", chosen, [*SCORES, DIFFICULTY])
     if chosen == "firmness" and scenario.margin is None:
         raise GraspBenchError(
             f"Scenario {scenario.name} does not measure how firmly objects are held; use --score success, or "

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grasp_bench.camera import RgbdImage
 from grasp_bench.errors import PredictorError
@@ -26,6 +27,7 @@ from grasp_bench.predictors.protocol import GroundTruth, Predictor, PrivilegedPr
 from grasp_bench.robot.gripper import Gripper
 from grasp_bench.runs.record import MarginRecord, TrialRecord
 from grasp_bench.scenario.outcomes import Outcome
+from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scenario.seeding import Purpose, Streams
 from grasp_bench.scene.rendering import Picture, SceneCamera
 from grasp_bench.scene.world import UnstableError, World
@@ -146,6 +148,7 @@ def attempt(
                     done.grasps,
                     table.fresh,
                     lambda grasp: _meant(grasp, picture, world, camera),
+                    _analysable(cell.scenario, picture, world),
                 )
             else:
                 scene = seen(cell, views, image)  # as the robot believes
@@ -170,6 +173,14 @@ def attempt(
         return ended(Outcome.UNSTABLE, str(error))
     except PredictorError as error:
         return ended(Outcome.ERROR, str(error))
+
+
+def _analysable(scenario: Scenario, picture: Picture, world: World) -> NDArray[np.bool_] | None:
+    """Return which pixels (H, W) show an object; None in scenarios in which known grasps alone are tried out:
+    those of single household objects, whose records would change."""
+    if scenario.clutter is None and not scenario.objects.graded:
+        return None
+    return (picture.geom >= 0) & np.isin(world.model.geom_bodyid[picture.geom], world.bodies)
 
 
 def take_first_picture(

@@ -2,7 +2,7 @@
 
 Two stages an object, each skipped when its inputs have not changed: *shape* (mass
 properties, coloured visual mesh, CoACD hulls) and *rest* (resting poses and reference
-grasps, tried in physics). A killed build goes on where it stopped.
+grasps, tried in physics, and the difficulty of the grid's). A killed build goes on where it stopped.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import json
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, as_completed
 from dataclasses import asdict
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,8 @@ from pebble import ProcessPool
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
-from grasp_bench.objects.catalog import FILES, GRASPABLE, VisualPart
+from grasp_bench.objects.catalog import APART, FILES, GRASPABLE, VisualPart
+from grasp_bench.objects.difficulty import DIFFICULTY
 from grasp_bench.system.integrity import MANIFEST, sha256, write_whole
 from grasp_bench.workshop.decompose import BOUNDS, compare, decompose
 from grasp_bench.workshop.materials import MATERIALS
@@ -167,19 +169,26 @@ def _write_scene(meshes: list[Mesh], stem: str, path: Path) -> None:
     path.write_bytes(scene.export(file_type="glb"))  # type: ignore[arg-type]
 
 
+@cache
+def known() -> dict[str, ObjectSpec]:
+    """Return what describes each object that can be built, by its name."""
+    import grasp_bench.workshop.household  # noqa: F401  (registers the objects)
+    from grasp_bench.workshop.grid import specs
+
+    return REGISTRY | {spec.name: spec for spec in specs()}
+
+
 def build_all(
-    folder: Path, names: Iterable[str] | None = None, workers: int = 2, stage: str = "all"
+    folder: Path, names: Iterable[str], workers: int = 2, stage: str = "all"
 ) -> Iterator[tuple[str, str]]:
     """Build objects on ``workers`` processes; yields (name, outcome) as each ends.
 
     Args:
         folder: where the objects' folders go, normally ``assets/objects``.
-        names: those of the objects to build; all registered ones when None.
+        names: those of the objects to build, of :func:`known`.
         stage: ``shape``, ``rest`` or ``all``.
     """
-    import grasp_bench.workshop.household  # noqa: F401  (registers the objects)
-
-    chosen = list(REGISTRY) if names is None else list(names)
+    chosen = list(names)
     with ProcessPool(max_workers=workers) as pool:
         futures: dict[Future[str], str] = {
             pool.submit(_build_one, 1800, name, folder, stage): name for name in chosen
@@ -193,14 +202,15 @@ def build_all(
 
 
 def _build_one(name: str, folder: Path, stage: str) -> str:
-    import grasp_bench.workshop.household  # noqa: F401
-
-    spec = REGISTRY[name]
+    spec = known()[name]
+    graded = spec.family in APART
     built = build_shape(spec, folder) if stage in ("shape", "all") else False
     if stage in ("rest", "all"):
+        from grasp_bench.workshop.difficulty import build_difficulty
         from grasp_bench.workshop.poses import build_rest
 
-        built |= build_rest(folder / name)
+        built |= build_rest(folder / name, seen=graded)
+        built |= graded and build_difficulty(folder / name)
     return "built" if built else "up to date"
 
 
@@ -249,6 +259,8 @@ def _manifest_entry(path: Path) -> dict[str, Any] | None:
         details = json.loads(path.read_text())
         files = {f: sha256(path.parent / f) for f in FILES}
         entry = {k: details[k] for k in LISTED} | {"files": files}
+        if DIFFICULTY in details:
+            entry[DIFFICULTY] = details[DIFFICULTY]
     except (OSError, ValueError, KeyError, TypeError):
         return None
     if not any(p["grasps"] for p in details.get("poses", ())):

@@ -52,5 +52,6 @@ MATERIALS: dict[str, Material] = {
     "wax": Material(900, 0.50, 0.6),
     "soap": Material(1050, 0.45, 0.5),
     "stone": Material(2600, 0.65, 0.8),
+    "oiled_plastic": Material(1050, 0.30, 0.3),
     "liquid": Material(1000, 0.60, 0.5),
 }

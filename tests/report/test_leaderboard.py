@@ -61,10 +61,10 @@ def row(tmp_path: Path) -> Path:
         "weights": None,
         "versions": {"mujoco": "3.17.0"},
         "renderer": "raycast",
-        "objects": {n: e["files"] for n, e in catalog.entries.items()},
+        "objects": {n: catalog.entries[n]["files"] for n in catalog.names},
     }
     (folder / "run.json").write_text(json.dumps(run))
-    records = [made_up_trial(i, n, e["category"]) for i, (n, e) in enumerate(catalog.entries.items())]
+    records = [made_up_trial(i, n, catalog.entries[n]["category"]) for i, n in enumerate(catalog.names)]
     (folder / "trials.jsonl").write_text("".join(json.dumps(r) + "\n" for r in records))
     (folder / "about.yaml").write_text(yaml.safe_dump(ABOUT))
     return folder

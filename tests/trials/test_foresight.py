@@ -52,6 +52,35 @@ def test_no_help_is_needed_as_predicted(scenario: Scenario, models: dict[str, Ob
     assert attempt(alone, models["pot"], Misled()).record.success
 
 
+class Lost(Oracle):
+    """Knows no grasp that is right: all lie 20 cm beside the object, in the world and in the picture."""
+
+    def predict_from_truth(self, image: RgbdImage, truth: GroundTruth) -> list[Grasp]:
+        found = []
+        for g in super().predict_from_truth(image, truth):
+            assert isinstance(g, KnownGrasp)
+            found.append(
+                replace(g, pose=replace(g.pose, position=g.pose.position + [0.0, 0.2, 0.0]), x=g.x - 120)
+            )
+        return found
+
+
+@pytest.mark.parametrize("name", ["block", "pot", "bar"])
+def test_where_no_known_grasp_succeeds_analysis_finds_one(
+    scenario: Scenario, models: dict[str, ObjectModel], name: str
+) -> None:
+    assert not attempt(scenario, models[name], Lost()).record.success, "table4 is as it was"
+    trial = attempt(changed(scenario, objects={"graded": True}), models[name], Lost())
+    assert trial.record.success
+    assert trial.record.rank is not None
+    told = trial.grasps[trial.record.rank]
+    assert isinstance(told, KnownGrasp)
+    assert isinstance(trial.plan, Plan)
+    np.testing.assert_allclose(trial.plan.pose.position, told.pose.position)
+    assert trial.record.grasp is not None
+    assert (trial.record.grasp.x, trial.record.grasp.y) == pytest.approx((told.x, told.y), abs=0.01)
+
+
 def test_where_none_succeeds_the_first_is_the_trials(
     scenario: Scenario, models: dict[str, ObjectModel]
 ) -> None:

@@ -48,6 +48,7 @@ def content(runs: list[RunResults], root: Path | None, catalog: Catalog) -> dict
     first = reference(runs, groups)
     versus = [[_told(v) for v in shared.against(i)] for i in range(len(runs))]
     controls = [is_control(run.predictor) for run in runs]
+    hard = [r.managed for r in report.runs]
     return {
         "in_words": in_words,
         "attempts_in_words": attempts_in_words,
@@ -74,6 +75,7 @@ def content(runs: list[RunResults], root: Path | None, catalog: Catalog) -> dict
             "outcomes": figures.outcomes(report.runs, labels),
             **{f"by-{k.key}": figures.success_by(k, labels) for k in kinds},
             **({"firmness": figures.firmness(firm, labels)} if any(firm) else {}),
+            **({"difficulty": figures.over_difficulty(hard, labels)} if any(hard) else {}),
             "calibration": figures.calibration(quality, labels),
             "coverage": figures.risk_coverage(quality, labels),
             "seconds": figures.seconds(times, labels),

@@ -13,6 +13,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from grasp_bench.report.breakdown import Breakdown, Latency
+from grasp_bench.report.difficulty import POINTS, Managed
 from grasp_bench.report.firmness import Firmness
 from grasp_bench.report.summary import Summary
 from grasp_bench.report.trust import Calibration
@@ -186,6 +187,34 @@ def firmness(rows: Sequence[Firmness | None], names: list[str]) -> dict[str, Any
             "ticktext": [f"{t:g}×" for t in ticks],
         },
         yaxis={"title": "trials that still hold [%]", "range": [-4, 104]},
+    )
+
+
+def over_difficulty(rows: Sequence[Managed | None], names: list[str]) -> dict[str, Any]:
+    """Draw fitted success over difficulty with bands as intervals, and a point for each object."""
+    traces: list[Any] = []
+    for i, row, name in _told(rows, names):
+        shares = [(c.low, c.value, c.high) for c in row.curve]
+        traces += _banded(i, name, [100 * x for x in POINTS], shares, "difficulty %{x:.0f} %, %{y:.1f} %")
+        traces.append(
+            go.Scatter(
+                name=name,
+                x=[round(100 * x, 2) for x, _ in row.objects.values()],
+                y=[round(100 * r.rate, 2) for _, r in row.objects.values()],
+                mode="markers",
+                marker={"size": 5, "opacity": 0.5},
+                meta={"run": i},
+                legendgroup=str(i),
+                showlegend=False,
+                customdata=[f"{n} {r.successes}/{r.trials}" for n, (_, r) in row.objects.items()],
+                hovertemplate="%{fullData.name}: %{customdata}, difficulty %{x:.0f} %<extra></extra>",
+            )
+        )
+    return _figure(
+        traces,
+        380,
+        xaxis={"title": "difficulty: random antipodal tries that fail [%]", "range": [-2, 102]},
+        yaxis={"title": "success [%]", "range": [-4, 104]},
     )
 
 

@@ -61,7 +61,7 @@ def report(told: Report) -> dict[str, Any]:
 
 
 def test_the_report_is_runs_and_a_table_as_plain_json(report: dict[str, Any]) -> None:
-    assert set(report) == {"firmer", "groups", "merit", "note", "runs", "table4"}
+    assert set(report) == {"firmer", "groups", "merit", "note", "robots", "runs", "table4"}
     assert json.loads(json.dumps(report, allow_nan=False)) == report
 
 

@@ -18,8 +18,8 @@ from grasp_bench.runs.statistics import Rate
 
 LINES = 25
 """Lines that the table may take, its head among them."""
-HEAD = 4
-"""Lines of its head and its rules."""
+HEAD = 6
+"""Lines of its title, its head, which may be wrapped, and its rules."""
 NAME = 28
 """Characters of a row's name."""
 REASONS = 6

@@ -15,7 +15,7 @@ from grasp_bench.report.html.page import write_html
 from grasp_bench.runs.folder import find_runs, load_records
 
 PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True}
-FIRST = ["reference/gr-convnet", "reference/htc-grasp", "reference/gr-convnet-16", "reference/htc-grasp-1000"]
+FIRST = ["reference/htc-grasp", "reference/gr-convnet", "reference/gr-convnet-16", "reference/htc-grasp-1000"]
 
 
 @pytest.fixture(scope="module")
@@ -78,12 +78,12 @@ def test_groups_are_by_scenario_best_first_and_controls_last(opened: Opened) -> 
         "Table 4, re-measured: table4, development seed 0, 180 trials",
         "table4, development seed 0, 24 trials",
         "table4, seeds 5 to 9, 180 trials each",
-        "9 scenarios, seed 0, 180 trials each",
+        "11 scenarios, seed 0, 180 trials each",
     ]
     assert [(g[1], g[3]) for g in groups] == [(True, 5), (False, 0), (False, 0), (False, 0)]
     for _, _, rows, _ in groups:
         assert rows == sorted(rows, key=lambda r: (r[0], -r[1]))
-    assert "together 876/900 = 97.3 %" in " ".join(opened.page.inner_text("#runs").split())
+    assert "together 869/900 = 96.6 %" in " ".join(opened.page.inner_text("#runs").split())
 
 
 def test_charts_have_at_most_eight_series(opened: Opened) -> None:
@@ -101,7 +101,7 @@ def test_charts_have_at_most_eight_series(opened: Opened) -> None:
     assert set(counts.values()) == {8}
     rows = "new Set(document.querySelector('[data-chart=outcomes]').data.flatMap((t) => t.y)).size"
     assert page.evaluate(rows) == 8
-    assert "22 more" in page.inner_text("[data-note=outcomes]")
+    assert f"{len(committed_runs()) - 8} more" in page.inner_text("[data-note=outcomes]")
     page.click("#first-choice")
     until(page, "document.querySelector('[data-chart=by-mass]').data.length === 4")
     colours = "document.querySelector('[data-chart=by-mass]').data.map((t) => t.marker.color)"
@@ -113,10 +113,10 @@ def test_one_reference_is_compared_with_the_runs_that_share_its_trials(opened: O
     rows = page.evaluate(
         "[...document.querySelectorAll('#pairs tr')].map((r) => [...r.cells].map((c) => c.textContent))"
     )
-    assert len(rows) == 16
-    assert rows[6] == ["gg-cnn", "180", "167", "10", "1", "2", "0.012", "0.11"]
+    assert len(rows) == 19
+    assert rows[6] == ["gg-cnn", "180", "166", "12", "2", "0", "0.013", "0.13"]
     assert [r for r in rows if r[0] == "baseline/oracle"] == [
-        ["baseline/oracle", "24", "24", "0", "0", "0", "1", "–"]
+        ["baseline/oracle", "24", "23", "0", "1", "0", "1", "–"]
     ]
     page.select_option("#reference", label="seeds/htc-grasp-seed5")
     assert page.locator("#no-pairs").is_visible()
@@ -132,7 +132,7 @@ def test_trials_without_pictures_are_a_table_with_the_objects_pictures(opened: O
     outcomes = page.locator("#list .outcome").all_inner_texts()
     failed = [o != "success" for o in outcomes]
     assert failed == sorted(failed, reverse=True)
-    assert sum(failed) == 14
+    assert sum(failed) == 13
 
 
 def test_controls_failures_come_last(opened: Opened) -> None:
@@ -148,7 +148,7 @@ def test_controls_failures_come_last(opened: Opened) -> None:
 def test_on_a_phone_no_row_is_tall_and_the_page_is_not_endless(opened: Opened) -> None:
     page = opened.page
     draw_charts(page)
-    assert page.evaluate("document.documentElement.scrollHeight") < 12_500
+    assert page.evaluate("document.documentElement.scrollHeight") < 420 * len(committed_runs())
     page.evaluate("document.querySelectorAll('details').forEach((d) => { d.open = true; })")
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
     tall = page.evaluate(

@@ -108,16 +108,17 @@ def merits(runs: Sequence[RunResults]) -> list[Merit]:
     """Return what is known of each predictor under both protocols, in the order of the runs.
 
     Two runs belong together when nothing but the protocol differs: the same predictor, weights, seed,
-    renderer and scenario, whatever it is called and whether or not it measures margins. Trials are paired by
-    object and attempt. Left out are runs of clutter, of earlier versions, and assisted ones that have no
-    counterpart and whose records do not say what help was given.
+    renderer and scenario, whatever it is called and whether or not it measures margins. Of several alike the
+    one counts that says what help was given, and then the longest. Trials are paired by object and attempt.
+    Left out are runs of clutter, of earlier versions, and assisted ones that have no counterpart and whose
+    records do not say what help was given.
     """
     found: dict[str, dict[bool, int]] = {}
     for i, run in enumerate(runs):
         if len(run) and not (run.info.cluttered or run.info.outdated):
             both = found.setdefault(_conditions(run.info), {})
             before = both.get(assisted(run.info))
-            if before is None or (Help.of(run.records).known and not Help.of(runs[before].records).known):
+            if before is None or _tells(run) > _tells(runs[before]):
                 both[assisted(run.info)] = i
     told = []
     for both in found.values():
@@ -140,6 +141,10 @@ def merits(runs: Sequence[RunResults]) -> list[Merit]:
             )
         )
     return told
+
+
+def _tells(run: RunResults) -> tuple[bool, int]:
+    return Help.of(run.records).known > 0, len(run)
 
 
 def assisted(info: RunInfo) -> bool:

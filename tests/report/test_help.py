@@ -55,6 +55,16 @@ def test_runs_that_differ_in_the_protocol_alone_belong_together(runs: list[Path]
     assert [(m.predicted, m.assisted) for m in alone] == [(Rate(9, 9), None)] * 2
 
 
+def test_of_runs_alike_the_longest_counts(tmp_path: Path) -> None:
+    short = write_run(tmp_path / "baseline", 3, scenario=CURRENT, change=with_help)
+    whole = write_run(tmp_path / "whole", 9, scenario=CURRENT, change=with_help)
+    silent = write_run(tmp_path / "silent", 30, scenario=CURRENT)
+    for folders in ([short, whole, silent], [silent, whole, short]):
+        (merit,) = found(folders)
+        assert merit.assisted == Rate(8, 9)
+        assert merit.runs == (folders.index(whole),)
+
+
 def test_help_is_counted_from_the_records(runs: list[Path]) -> None:
     merit = next(m for m in found(runs) if m.pairs is not None)
     assert merit.help == Help(trials=9, known=8, other=1, wider=2, alone=4)  # 4 to 7; 8 was missed

@@ -86,7 +86,7 @@ def main(dist: Path) -> None:
         assert str(home) in origin, f"the package came from {origin.strip()}"
         command = home / "venv" / "bin" / "grasp-bench"
         assert use(command, "--version").split()[1] == wheel.name.split("-")[1]
-        assert "180 of 180 objects are as the manifest says" in use(command, "objects", "verify")
+        assert "229 of 229 objects are as the manifest says" in use(command, "objects", "verify")
         use(command, "run", "--trials", "5", "--out", "out", "--quiet", "--max-errors", "5")
         run = json.loads(use(command, "report", "out", "--format", "json"))["runs"][0]
         assert (run["trials"], run["predictor"]) == (5, "htc-grasp"), run

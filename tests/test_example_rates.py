@@ -14,7 +14,7 @@ from grasp_bench.runs.results import RunResults
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
-PROMISE = re.compile(r"lifts (\d+) of (\d+)")
+PROMISE = re.compile(r"lifts\s+(\d+) of (\d+)")
 RUN = re.compile(r"grasp-bench run (--trials 20 --predictor (?:'[^']*'|[^\s`]+))")
 
 
@@ -34,7 +34,16 @@ def lifted(options: list[str], folder: Path, out: Path, *path: Path) -> tuple[in
     return rate.successes, rate.trials
 
 
-PREDICTORS = ("01_my_predictor.py", "05_opencv_predictor.py", "06_server.py", "07_package/steepest_grasps.py")
+PREDICTORS = (
+    "01_my_predictor.py",
+    "05_opencv_predictor.py",
+    "06_server.py",
+    "07_package/steepest_grasps.py",
+    "09_pose_server.py",
+    "10_tsdf_predictor.py",
+)
+OTHERS_WEIGHTS = ("08_published_maps.py",)
+"""Examples that are nothing without weights which are not ours to give."""
 
 
 @pytest.mark.parametrize("name", PREDICTORS)
@@ -61,5 +70,5 @@ def test_the_predictor_of_the_readme_lifts_what_is_said_there(tmp_path: Path) ->
 
 
 def test_every_example_promises_a_rate() -> None:
-    for path in sorted(EXAMPLES.glob("*.py")):
+    for path in sorted(p for p in EXAMPLES.glob("*.py") if p.name not in OTHERS_WEIGHTS):
         assert PROMISE.search(head(path)), path.name

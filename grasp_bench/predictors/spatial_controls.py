@@ -75,6 +75,9 @@ class Antipodal6dof:
     ABOVE_TABLE = 0.003
     GRIPPER = PARALLEL_85
 
+    def __init__(self) -> None:
+        self._rng = np.random.default_rng(0)  # for who asks without :meth:`begin`
+
     def begin(self, rng: np.random.Generator) -> None:
         """Take the trial's random stream."""
         self._rng = rng

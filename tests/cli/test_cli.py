@@ -140,7 +140,7 @@ def test_predictors_are_listed_without_torch(options: list[str]) -> None:
 def test_the_shell_completes_names() -> None:
     from grasp_bench.cli import completion
 
-    assert completion.predictors("o") == ["oracle"]
+    assert completion.predictors("o") == ["oracle", "oracle-6dof"]
     assert completion.scenarios("tab") == ["table4"]
     assert completion.objects("b") == ["bar", "block", "box"]
     assert completion.objects("pot,bl") == ["pot,block"]
@@ -161,7 +161,7 @@ def test_completion_reaches_the_shell(tmp_path: Path) -> None:
             "COMP_WORDS": "grasp-bench run --predictor ora",
         },
     )
-    assert done.stdout.split() == ["oracle"], done.stderr
+    assert done.stdout.split() == ["oracle", "oracle-6dof"], done.stderr
 
 
 @pytest.mark.parametrize("asked", [False, True])

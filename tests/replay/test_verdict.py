@@ -12,11 +12,16 @@ from grasp_bench.replay.verdict import Verdict, verdict
 from grasp_bench.runs.record import TrialRecord
 
 RUN = Path(__file__).parents[2] / "results" / "reference" / "htc-grasp"
+GRASP = {"x": 307.5, "y": 252.5, "angle": -0.391686, "width": 37.17, "quality": 0.67394}
 
 
-def changed(trial: int, **changes: Any) -> tuple[TrialRecord, TrialRecord]:
-    """A committed record, and the same with other values; ``a__b`` is key ``b`` of ``a``."""
-    line = json.loads((RUN / "trials.jsonl").read_text().splitlines()[trial])
+def changed(**changes: Any) -> tuple[TrialRecord, TrialRecord]:
+    """A committed record with :data:`GRASP`, and that with other values; ``a__b`` is key ``b`` of ``a``."""
+    line = json.loads((RUN / "trials.jsonl").read_text().splitlines()[2]) | {"grasp": GRASP}
+    return differing(line, **changes)
+
+
+def differing(line: dict[str, Any], **changes: Any) -> tuple[TrialRecord, TrialRecord]:
     other = json.loads(json.dumps(line))
     for key, value in changes.items():
         *above, last = key.split("__")
@@ -43,11 +48,13 @@ def changed(trial: int, **changes: Any) -> tuple[TrialRecord, TrialRecord]:
     ],
 )
 def test_three_verdicts(changes: dict[str, Any], expected: Verdict) -> None:
-    assert verdict(*changed(2, **changes)) is expected
+    assert verdict(*changed(**changes)) is expected
 
 
 def test_numbers_in_the_reason_may_be_rounded_to_another_one() -> None:
-    stored, new = changed(12, detail="lost while lifting, 12 mm above its place", lift_height=0.01099)
-    assert stored.detail == "lost while lifting, 11 mm above its place"
+    slipped = {"outcome": "slipped", "success": False, "lift_height": 0.01102}
+    told = {"detail": "lost while lifting, 11 mm above its place"}
+    line = json.loads((RUN / "trials.jsonl").read_text().splitlines()[2]) | slipped | told
+    stored, new = differing(line, detail="lost while lifting, 12 mm above its place", lift_height=0.01099)
     assert verdict(stored, new) is Verdict.ROUNDING
-    assert verdict(*changed(12, detail="lost while carried")) is Verdict.DIFFERENT
+    assert verdict(*differing(line, detail="lost while carried")) is Verdict.DIFFERENT

@@ -6,6 +6,7 @@ from html import escape
 from math import floor
 
 from grasp_bench.report.agreement import Agreement
+from grasp_bench.report.svg import start, text
 from grasp_bench.runs.statistics import Rate
 
 COLORS = ("#0b6e99", "#d1495b", "#5b8c5a", "#b07a00", "#6d597a", "#33658a", "#8a5a44", "#444444")
@@ -26,12 +27,9 @@ def as_svg(found: Agreement) -> str:
 
     title = f"Physics ({found.scenario}) and real images ({found.dataset}, {found.protocol})"
     parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" font-size="13" '
-        'font-family="system-ui, sans-serif" role="img">',
-        f"<title>{escape(title)}</title>",
-        f'<rect width="{WIDTH}" height="{height}" fill="#ffffff"/>',
-        _text(LEFT, 20, f"Pearson {found.pearson}, MMRV {found.mmrv}"),
-        _text(LEFT + (WIDTH - LEFT) / 2, TOP + PANEL + 42, f"lifted in {found.scenario}", "middle"),
+        *start(WIDTH, height, title),
+        text(LEFT, 20, f"Pearson {found.pearson}, MMRV {found.mmrv}"),
+        text(LEFT + (WIDTH - LEFT) / 2, TOP + PANEL + 42, f"lifted in {found.scenario}", "middle"),
         f'<text transform="translate(16 {TOP + PANEL / 2}) rotate(-90)" text-anchor="middle" fill="#333333">'
         f"right on {escape(found.dataset)}, {escape(found.protocol)}</text>",
     ]
@@ -40,12 +38,12 @@ def as_svg(found: Agreement) -> str:
         if rate >= from_x:
             parts += [
                 _line(x(rate), TOP, x(rate), TOP + PANEL),
-                _text(x(rate), TOP + PANEL + 18, f"{rate:.0%}", "middle"),
+                text(x(rate), TOP + PANEL + 18, f"{rate:.0%}", "middle"),
             ]
         if rate >= from_y:
             parts += [
                 _line(LEFT, y(rate), WIDTH - 24, y(rate)),
-                _text(LEFT - 8, y(rate) + 4, f"{rate:.0%}", "end"),
+                text(LEFT - 8, y(rate) + 4, f"{rate:.0%}", "end"),
             ]
     for i, p in enumerate(points):
         color = COLORS[i % len(COLORS)]
@@ -59,19 +57,15 @@ def as_svg(found: Agreement) -> str:
         parts += [
             f'<circle cx="{at:.1f}" cy="{up:.1f}" r="5" fill="{color}">'
             f"<title>{escape(hover)}</title></circle>",
-            _text(at + 7, up - 6, str(i + 1)),
+            text(at + 7, up - 6, str(i + 1)),
             f'<circle cx="{lx:.1f}" cy="{ly - 4:.1f}" r="5" fill="{color}"/>',
-            _text(lx + 10, ly, f"{i + 1} {p.predictor}"),
+            text(lx + 10, ly, f"{i + 1} {p.predictor}"),
         ]
     return "\n".join([*parts, "</svg>", ""])
 
 
 def _start(rates: list[Rate]) -> float:
     return max(0.0, floor(10 * min(r.rate for r in rates) - 0.5) / 10)
-
-
-def _text(x: float, y: float, text: str, anchor: str = "start") -> str:
-    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" fill="#333333">{escape(text)}</text>'
 
 
 def _line(x1: float, y1: float, x2: float, y2: float, color: str = "#e3e3e3", more: str = "") -> str:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Literal, Self
 
 from grasp_bench.errors import ResultsError
+from grasp_bench.report.svg import start
 
 Cost = Literal["PFLOP", "minutes", "steps"]
 WIDTH, HEIGHT = 760, 420
@@ -75,12 +76,7 @@ def as_svg(curves: Sequence[Curve], cost: Cost) -> str:
     def y(share: float) -> float:
         return TOP + (1 - share) * (HEIGHT - TOP - BOTTOM)
 
-    parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" font-size="12" '
-        'font-family="system-ui, sans-serif" role="img">',
-        f"<title>Held-out grasps that hold against {cost} of training</title>",
-        f'<rect width="{WIDTH}" height="{HEIGHT}" fill="#ffffff"/>',
-    ]
+    parts = start(WIDTH, HEIGHT, f"Held-out grasps that hold against {cost} of training", 12)
     right = WIDTH - RIGHT
     for percent in range(0, 101, 20):
         at = y(percent / 100)

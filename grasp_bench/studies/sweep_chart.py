@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from grasp_bench.errors import ResultsError
+from grasp_bench.report.svg import start, text
 from grasp_bench.studies.sweep import Point, Sweep
 
 COLORS = ("#0b6e99", "#d1495b", "#5b8c5a", "#edae49", "#6d597a", "#33658a")
@@ -31,22 +32,17 @@ def as_svg(done: Sweep) -> str:
     def y(rate: float) -> float:
         return TOP + (1 - rate) * (HEIGHT - TOP - BOTTOM)
 
-    parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" font-size="13" '
-        'font-family="system-ui, sans-serif" role="img">',
-        f"<title>Success against {escape(done.parameter)} ({escape(done.scenario)})</title>",
-        f'<rect width="{WIDTH}" height="{HEIGHT}" fill="#ffffff"/>',
-    ]
+    parts = start(WIDTH, HEIGHT, f"Success against {done.parameter} ({done.scenario})")
     for percent in range(0, 101, 20):
         at = y(percent / 100)
         parts += [
             f'<line x1="{LEFT}" y1="{at:.1f}" x2="{WIDTH - RIGHT}" y2="{at:.1f}" stroke="#e3e3e3"/>',
-            _text(LEFT - 8, at + 4, f"{percent} %", "end"),
+            text(LEFT - 8, at + 4, f"{percent} %", "end"),
         ]
     for i, value in enumerate(values):
         own = value == words(done.own)
-        parts.append(_text(LEFT + (i + 0.5) * step, HEIGHT - BOTTOM + 20, value, "middle", bold=own))
-    parts.append(_text(LEFT + (WIDTH - LEFT - RIGHT) / 2, HEIGHT - 12, done.parameter, "middle"))
+        parts.append(text(LEFT + (i + 0.5) * step, HEIGHT - BOTTOM + 20, value, "middle", bold=own))
+    parts.append(text(LEFT + (WIDTH - LEFT - RIGHT) / 2, HEIGHT - 12, done.parameter, "middle"))
     for k, name in enumerate(done.predictors):
         color = COLORS[k % len(COLORS)]
         shift = 9 * (k - (len(done.predictors) - 1) / 2)
@@ -62,18 +58,11 @@ def as_svg(done: Sweep) -> str:
                 f"<title>{escape(_hover(p))}</title></circle>",
             ]
         legend = LEFT + 150 * k
-        parts += [f'<circle cx="{legend + 6}" cy="20" r="5" fill="{color}"/>', _text(legend + 16, 24, name)]
+        parts += [f'<circle cx="{legend + 6}" cy="20" r="5" fill="{color}"/>', text(legend + 16, 24, name)]
     trials = {p.trials for p in done.points}
     count = f"n = {trials.pop()} a point" if len(trials) == 1 else "n as listed"
-    parts.append(_text(WIDTH - RIGHT, 24, f"{count}, 95 % intervals", "end"))
+    parts.append(text(WIDTH - RIGHT, 24, f"{count}, 95 % intervals", "end"))
     return "\n".join([*parts, "</svg>", ""])
-
-
-def _text(x: float, y: float, text: str, anchor: str = "start", bold: bool = False) -> str:
-    weight = ' font-weight="bold"' if bold else ""
-    return (
-        f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"{weight} fill="#333333">{escape(text)}</text>'
-    )
 
 
 def _hover(p: Point) -> str:
@@ -122,10 +111,10 @@ def save(done: Sweep, out: Path) -> list[Path]:
     """
     texts = {"json": done.as_json(), "csv": done.as_csv(), "svg": as_svg(done), "html": as_html(done)}
     paths = []
-    for suffix, text in texts.items():
+    for suffix, content in texts.items():
         path = out / f"sweep-{done.parameter}.{suffix}"
         try:
-            path.write_text(text, encoding="utf-8")
+            path.write_text(content, encoding="utf-8")
         except OSError as error:
             raise ResultsError(f"{path} cannot be written ({error.strerror}).") from error
         paths.append(path)

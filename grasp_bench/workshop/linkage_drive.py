@@ -9,7 +9,7 @@ import numpy as np
 
 from grasp_bench.errors import AssetError
 from grasp_bench.robot.solids import extent, solids, subtree
-from grasp_bench.workshop.own_hand import CENTRED, SQUEEZE, box_of
+from grasp_bench.workshop.own_hand import CENTRED, SQUEEZE, add_servo, box_of
 
 KP, KV = 6250.0, 60.0
 """Gains of the servo on the distance between the fingers [N/m, N s/m]: those of `adaptive-85`."""
@@ -33,21 +33,9 @@ def add_end(spec: mujoco.MjSpec, model: mujoco.MjModel, data: mujoco.MjData, sid
     )
 
 
-def add_servo(spec: mujoco.MjSpec) -> None:
+def add_grip(spec: mujoco.MjSpec) -> None:
     """Add the servo on the tendon."""
-    spec.add_actuator(
-        name="grip",
-        target="grip",
-        trntype=mujoco.mjtTrn.mjTRN_TENDON,
-        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
-        biastype=mujoco.mjtBias.mjBIAS_AFFINE,
-        gainprm=[KP, *[0.0] * 9],
-        biasprm=[0.0, -KP, -KV, *[0.0] * 7],
-        ctrllimited=mujoco.mjtLimited.mjLIMITED_TRUE,
-        ctrlrange=[-2 * SQUEEZE, WIDEST + 4 * BEHIND],
-        forcelimited=mujoco.mjtLimited.mjLIMITED_TRUE,
-        forcerange=[-60.0, 60.0],
-    )
+    add_servo(spec, KP, KV, (-2 * SQUEEZE, WIDEST + 4 * BEHIND), 60.0)
 
 
 def find_ends(

@@ -19,6 +19,7 @@ from grasp_bench.workshop.menagerie import model_of
 from grasp_bench.workshop.own_hand import (
     CENTRED,
     SQUEEZE,
+    add_servo,
     box_of,
     pad_of,
     palm_of,
@@ -255,16 +256,4 @@ def _rewrite(
         solimp=[0.95, 0.99, 0.001, 0.5, 2.0],
     )
     lengths = sorted((_length(signs, closed) - SQUEEZE, _length(signs, opened) + BEYOND))
-    spec.add_actuator(
-        name="grip",
-        target="grip",
-        trntype=mujoco.mjtTrn.mjTRN_TENDON,
-        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
-        biastype=mujoco.mjtBias.mjBIAS_AFFINE,
-        gainprm=[KP, *[0.0] * 9],
-        biasprm=[0.0, -KP, -KV, *[0.0] * 7],
-        ctrllimited=mujoco.mjtLimited.mjLIMITED_TRUE,
-        ctrlrange=lengths,
-        forcelimited=mujoco.mjtLimited.mjLIMITED_TRUE,
-        forcerange=[-120.0, 120.0],
-    )
+    add_servo(spec, KP, KV, lengths, 120.0)

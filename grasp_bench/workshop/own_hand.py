@@ -78,3 +78,26 @@ def set_contacts(spec: mujoco.MjSpec, pads: Collection[str]) -> None:
     for i, first in enumerate(solid):
         for second in solid[i + 1 :]:
             spec.add_exclude(bodyname1=first, bodyname2=second)
+
+
+def add_servo(spec: mujoco.MjSpec, kp: float, kv: float, commands: Collection[float], force: float) -> None:
+    """Add the position servo ``grip`` on the tendon of that name, which opens or closes both fingers.
+
+    Args:
+        kp, kv: its gains [N/m, N s/m].
+        commands: least and greatest length of the tendon that it may be told [m].
+        force: greatest force, either way [N].
+    """
+    spec.add_actuator(
+        name="grip",
+        target="grip",
+        trntype=mujoco.mjtTrn.mjTRN_TENDON,
+        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+        biastype=mujoco.mjtBias.mjBIAS_AFFINE,
+        gainprm=[kp, *[0.0] * 9],
+        biasprm=[0.0, -kp, -kv, *[0.0] * 7],
+        ctrllimited=mujoco.mjtLimited.mjLIMITED_TRUE,
+        ctrlrange=list(commands),
+        forcelimited=mujoco.mjtLimited.mjLIMITED_TRUE,
+        forcerange=[-force, force],
+    )

@@ -15,7 +15,7 @@ import numpy as np
 
 from grasp_bench.errors import AssetError
 from grasp_bench.robot.solids import solids, subtree
-from grasp_bench.workshop.linkage_drive import add_end, add_servo, find_ends
+from grasp_bench.workshop.linkage_drive import add_end, add_grip, find_ends
 from grasp_bench.workshop.own_hand import box_of, pad_of, palm_of, set_contacts, turn_about_z
 from grasp_bench.workshop.own_model import fix_inertia, strip
 
@@ -90,7 +90,7 @@ def rewrite_linkage(
     tendon = spec.add_tendon(name="grip", width=1e-4, rgba=[0, 0, 0, 0])
     tendon.wrap_site("grasp_bench_left")
     tendon.wrap_site("grasp_bench_right")
-    add_servo(spec)
+    add_grip(spec)
     commands, tips = find_ends(spec, source, fingers, chosen, [chain[0] for chain in chains])
     spec.worldbody.add_site(name="grasp_bench_tcp", pos=[0, 0, tips], size=[0.003] * 3, group=4)
     return parts, commands

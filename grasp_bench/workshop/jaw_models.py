@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from grasp_bench.workshop.mjcf_text import OPTION, numbers
+from grasp_bench.workshop.mjcf_text import OPTION, numbers, seen_and_solid
 
 
 @dataclass(frozen=True)
@@ -142,16 +142,7 @@ def gripper_mjcf(jaws: Jaws) -> str:
     <default class="hand">
       <joint type="slide" axis="1 0 0" range="0 {jaws.stroke:g}" damping="5" armature="0.2"
              solreflimit="0.004 1" solimplimit="0.95 0.99 0.001"/>
-      <default class="visual">
-        <geom type="box" group="2" contype="0" conaffinity="0" mass="0"/>
-      </default>
-      <default class="collision">
-        <geom type="box" group="3" mass="0" rgba="0.9 0.5 0.2 0.5"/>
-        <default class="pad">
-          <geom rgba="{rubber}" condim="4" priority="1" friction="0.9 0.005 0.0001" solref="0.004 1"
-                solimp="0.995 0.999 0.0005"/>
-        </default>
-      </default>
+{seen_and_solid(rubber, 6)}
     </default>
   </default>
   <worldbody>

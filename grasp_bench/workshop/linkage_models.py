@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from grasp_bench.workshop.mjcf_text import OPTION, numbers
+from grasp_bench.workshop.mjcf_text import OPTION, numbers, seen_and_solid
 
 STROKE = 0.0425
 """Travel of one finger [m]."""
@@ -109,16 +109,7 @@ def linkage_mjcf(name: str) -> str:
     <default class="follower">
       <joint type="hinge" axis="0 1 0" damping="0.0005" armature="0.00005"/>
     </default>
-    <default class="visual">
-      <geom type="box" group="2" contype="0" conaffinity="0" mass="0"/>
-    </default>
-    <default class="collision">
-      <geom type="box" group="3" mass="0" rgba="0.9 0.5 0.2 0.5"/>
-      <default class="pad">
-        <geom rgba="{rubber}" condim="4" priority="1" friction="0.9 0.005 0.0001" solref="0.004 1"
-              solimp="0.995 0.999 0.0005"/>
-      </default>
-    </default>
+{seen_and_solid(rubber, 4)}
   </default>
   <worldbody>
     <body name="base" gravcomp="1">

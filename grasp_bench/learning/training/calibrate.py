@@ -3,7 +3,7 @@
 A network that learns openings by their mean error opens too little as often as too much, and only the
 first is punished: a finger comes down on the object. And a quality ranks grasps, but says nothing until it
 is held against what happens. Both are measured on held-out scenes that are neither trained on nor validated
-on (:mod:`grasp_bench.learning.training.held_out`): the best three grasps of each are carried out as
+on (:mod:`grasp_bench.learning.training.held_out`): the best two grasps of each are carried out as
 predicted, at each of a few openings. The opening with which most *best* grasps hold counts, the least of
 equal ones; with it a logistic curve is fitted through all grasps (J. Platt, "Probabilistic outputs for
 support vector machines", 1999), which keeps their order.
@@ -27,9 +27,9 @@ from grasp_bench.report.difficulty import logistic
 
 FIRST = 10_000
 """First of the held-out scenes for this; those before it are validated on."""
-WIDENINGS = (0.0, 3.0, 6.0, 9.0, 12.0)
+WIDENINGS = (0.0, 3.0, 6.0, 9.0, 12.0, 16.0, 20.0)
 """Openings tried beyond the predicted one [px]."""
-GRASPS = 3
+GRASPS = 2
 """Best grasps of a scene that are tried."""
 
 

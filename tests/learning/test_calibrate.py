@@ -70,7 +70,7 @@ def test_quality_becomes_a_probability_and_keeps_its_order(scenes: list[HeldOut]
     found = calibrate(Rows(), "depth", [Bounded(s, 0, 0.2 + 0.1 * i) for i, s in enumerate(scenes)])  # type: ignore[misc]
     judged = [found.calibration.judged(Grasp(0, 0, 0, 1, q)).quality for q in (0.1, 0.4, 0.7)]
     assert judged == sorted(judged)
-    assert judged[0] < 0.2
+    assert judged[0] < 0.25
     assert judged[1] == pytest.approx(2 / 6, abs=0.15)
     assert judged[2] == pytest.approx(5 / 6, abs=0.15)
 

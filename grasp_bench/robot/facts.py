@@ -47,6 +47,11 @@ def shipped(kind: str) -> list[str]:
     return sorted({*beside, *(p.parent.name for p in (assets_dir() / f"{kind}s").glob(f"*/{kind}.yaml"))})
 
 
+def name_beside(kind: str, name: str) -> str:
+    """Return how a scenario in the working directory names a part: paths have a slash, shipped names none."""
+    return name if name in shipped(kind) or "/" in name or "\\" in name else f"./{name}"
+
+
 def folder_of(kind: str, name: str) -> Path:
     """Return the folder of a shipped part by name, or of anyone's by path.
 

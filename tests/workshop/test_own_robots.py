@@ -7,7 +7,9 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from grasp_bench.cli import app
 from grasp_bench.errors import AssetError
 from grasp_bench.planning.reach import check_reach
 from grasp_bench.robot.gripper_trial import try_out
@@ -217,3 +219,20 @@ def test_a_real_linkage_opens_and_closes(tmp_path: Path) -> None:
 def test_real_grippers_that_cannot_be_read_say_why(tmp_path: Path, name: str, words: str) -> None:
     with pytest.raises(AssetError, match=words):
         import_gripper(REAL / "grippers" / f"{name}.xml", tmp_path / "out", Asked())
+
+
+@pytest.mark.parametrize(
+    ("name", "limit"), [("my-hand", {"closing_speed": 0.05}), ("suction-20", {"force": 18.8495})]
+)
+def test_check_prints_a_scenario_that_is_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, limit: dict[str, float]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    import_gripper(hand(tmp_path), tmp_path / "my-hand", Asked(speed=0.05))
+    done = CliRunner().invoke(app, ["grippers", "check", name])
+    assert done.exit_code == 0
+    scenario = tmp_path / "mine.yaml"
+    scenario.write_text("extends: table4\n" + done.output.split("extends: table4\n")[1])
+    read = load_scenario(str(scenario))
+    assert Path(read.robot.gripper).name == name
+    assert {k: getattr(read.gripper, k) for k in limit} == limit

@@ -86,5 +86,5 @@ def test_a_holder_that_was_killed_holds_nothing(tmp_path: Path) -> None:
 
 def test_a_folder_that_takes_no_file_is_an_error_of_the_system(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
-    with pytest.raises(OSError, match="Not a directory|File exists"):
+    with pytest.raises(OSError, match=r"Not a directory|File exists"):
         Lock(tmp_path / "file" / ".lock", BUSY)

@@ -69,6 +69,24 @@ def test_the_predictor_of_the_readme_lifts_what_is_said_there(tmp_path: Path) ->
     assert lifted(options, tmp_path, tmp_path / "run") == (int(promised[1]), int(promised[2]))
 
 
+PAGES = ("README.md", "docs/getting-started.md", "docs/predictors.md", "docs/python.md")
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_the_first_predictor_of_a_page_keeps_to_the_protocol(page: str, tmp_path: Path) -> None:
+    """Whoever copies it and checks it, as the page says next, is told of no break."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    code = next(block for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "class " in block)
+    body = re.search(r"^((?:from|import) .*?\nclass .*?)(?=^\S|\Z)", code, re.DOTALL | re.MULTILINE)
+    assert body
+    (tmp_path / "mine.py").write_text(body[1])
+    name = re.search(r"class (\w+)", body[1])
+    assert name
+    command = [sys.executable, "-m", "grasp_bench.cli", "predictors", "check", f"mine:{name[1]}"]
+    done = subprocess.run(command, cwd=tmp_path, text=True, capture_output=True, timeout=300)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
 def test_every_example_promises_a_rate() -> None:
     for path in sorted(p for p in EXAMPLES.glob("*.py") if p.name not in OTHERS_WEIGHTS):
         assert PROMISE.search(head(path)), path.name

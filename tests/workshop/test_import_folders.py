@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import shutil
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +14,11 @@ import trimesh
 from PIL import Image
 from typer.testing import CliRunner
 
+import grasp_bench as gb
 from grasp_bench.cli import app
 from grasp_bench.errors import AssetError, GraspBenchError, UnknownNameError
 from grasp_bench.objects.catalog import Catalog
+from grasp_bench.system.locking import Lock
 from grasp_bench.workshop.build import write_manifest
 from grasp_bench.workshop.importing import importer
 from grasp_bench.workshop.importing.body import Options
@@ -25,7 +29,7 @@ from grasp_bench.workshop.importing.jobs import plan_jobs
 from grasp_bench.workshop.importing.naming import clean_name
 from grasp_bench.workshop.importing.plausible import check_density, check_inertia
 from grasp_bench.workshop.importing.robot_files import import_robot_file
-from grasp_bench.workshop.importing.units import choose_unit
+from grasp_bench.workshop.importing.units import check_length, choose_unit, figure
 
 SIDES = (0.06, 0.04, 0.03)
 BOX: Any = trimesh.creation.box(SIDES)
@@ -485,6 +489,61 @@ def test_a_kill_while_an_object_is_made_anew_leaves_the_old_one(
     assert Catalog(out).load("a").mass == 0.06
 
 
+def test_what_a_stopped_import_had_finished_can_be_run(
+    tmp_path: Path, toy_catalog: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As it ends, an object is entered in the manifest; a second import waits for none that goes on."""
+    put(tmp_path, "block.stl", "second.stl")
+    out = tmp_path / "out"
+
+    def stopped(jobs: list[Job], out: Path, *_: object) -> Iterator[importer.Report]:
+        out.mkdir()
+        shutil.copytree(toy_catalog / "block", out / "block")
+        file = out / "block" / "object.json"
+        file.write_text(json.dumps(json.loads(file.read_text()) | {"family": importer.FAMILY}))
+        yield importer.Report("block", "failed", "only its files count here")
+        raise KeyboardInterrupt
+
+    command = ["objects", "import", str(tmp_path), "--out", str(out)]
+    with monkeypatch.context() as patch:
+        patch.setattr(importer, "import_all", stopped)
+        assert CliRunner().invoke(app, command).exit_code == 130
+    assert Catalog(out).names == ["block"]
+    assert Catalog(out).load("block").poses
+    with Lock(out / ".lock", AssertionError()):
+        refused = CliRunner().invoke(app, command)
+    assert "Another import is writing to" in str(refused.exception)
+    assert Catalog(out).names == ["block"]
+
+
+def test_a_mesh_of_more_faces_than_the_simulator_reads_in_one_is_imported_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """327,680 faces: fewer than are read, more than MuJoCo takes in one mesh."""
+    from grasp_bench.workshop import poses
+
+    monkeypatch.setattr(poses, "TRIED", 1)
+    monkeypatch.setattr(poses, "MAX_POSES", 1)
+    ball = trimesh.creation.icosphere(7, 0.03)
+    ball.vertices *= [1, 0.8, 0.6]
+    ball.export(tmp_path / "pebble.stl")
+    out = tmp_path / "out"
+    report = importer.import_one(Job("pebble", tmp_path / "pebble.stl", tmp_path, Options()), out)
+    assert (report.status, report.details["faces"], report.details["hulls"]) == ("imported", 327_680, 1)
+    assert report.graspable
+    assert write_manifest(out) == 1
+    parts = Catalog(out).load("pebble").visual
+    assert sum(len(p.faces) for p in parts) == 327_680
+    assert max(len(p.faces) for p in parts) < 200_000
+
+
+def test_figures_are_written_without_an_exponent() -> None:
+    told = [figure(x) for x in (30_000.4, 0.2159, -970.0, 1234.5, 0.0)]
+    assert told == ["30000", "0.216", "-970", "1230", "0"]
+    with pytest.raises(RefusedError, match=r"^60000 mm long"):
+        check_length(60.0, "as it is")
+
+
 def test_an_import_of_nothing_recommends_no_run(tmp_path: Path) -> None:
     (tmp_path / "in").mkdir()
     trimesh.creation.box((0.012, 0.006, 0.006)).export(tmp_path / "in" / "pill.stl")
@@ -496,6 +555,24 @@ def test_an_import_of_nothing_recommends_no_run(tmp_path: Path) -> None:
     assert "There is nothing to run" in result.output
     with pytest.raises(AssetError, match="lists no object"):
         Catalog(out)
-    for rest in (["objects", "list", "--folder"], ["run", "--predictor", "oracle", "--objects"]):
-        failed = CliRunner().invoke(app, [*rest, str(out)])
-        assert isinstance(failed.exception, AssetError)
+    new = tmp_path / "new"
+    for line in EMPTY:
+        failed = CliRunner().invoke(app, line.format(out=out, new=new).split())
+        assert isinstance(failed.exception, AssetError), (line, failed.output, failed.exception)
+        assert "lists no object" in str(failed.exception), line
+    with pytest.raises(AssetError, match="lists no object"):
+        gb.run(objects=out, predictor="oracle", trials=1, out=new)
+    assert not new.exists()
+
+
+EMPTY = (
+    "run --predictor oracle --objects {out} --out {new}",
+    "rank oracle centroid --objects {out} --out {new}",
+    "sweep --parameter gripper.force --values 30,60 --predictor oracle --objects {out} --out {new}",
+    "objects list --folder {out}",
+    "objects show mug --folder {out}",
+    "objects verify --folder {out}",
+    "objects grasps mug --out {new} --folder {out}",
+    "grippers prepare parallel-50 --objects {out}",
+)
+"""What is asked of a folder into which nothing was imported."""

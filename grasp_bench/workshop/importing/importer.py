@@ -18,9 +18,11 @@ from typing import Any
 import numpy as np
 from pebble import ProcessExpired, ProcessPool
 
+from grasp_bench.errors import GraspBenchError
 from grasp_bench.objects.catalog import VisualPart
 from grasp_bench.system.arrays import Floats
 from grasp_bench.system.integrity import sha256, write_whole
+from grasp_bench.system.locking import Lock
 from grasp_bench.workshop.build import rounded, write_hulls, write_visual
 from grasp_bench.workshop.importing import paint as painting
 from grasp_bench.workshop.importing.body import Body, Options
@@ -32,7 +34,15 @@ from grasp_bench.workshop.importing.readers import Scan, read_mesh
 from grasp_bench.workshop.importing.repair import mend
 from grasp_bench.workshop.importing.robot_files import import_robot_file
 from grasp_bench.workshop.importing.solid import solidify
-from grasp_bench.workshop.importing.units import LONGEST, REMEDY, UNITS, check_length, check_size, choose_unit
+from grasp_bench.workshop.importing.units import (
+    LONGEST,
+    REMEDY,
+    UNITS,
+    check_length,
+    check_size,
+    choose_unit,
+    figure,
+)
 from grasp_bench.workshop.shapes import Mesh, hull
 
 IMPORT_VERSION = 3
@@ -124,7 +134,7 @@ def _metres(scan: Scan, extents: Floats, points: Floats, options: Options) -> tu
     if options.units == "auto" and scan.metres is not None:
         if scan.up is not None and not LONGEST[0] <= longest * scan.metres <= LONGEST[1] and scan.metres != 1:
             raise RefusedError(
-                f"{1000 * longest * scan.metres:.3g} mm long in the file's own unit{part}; objects of "
+                f"{figure(1000 * longest * scan.metres)} mm long in the file's own unit{part}; objects of "
                 f"{1000 * LONGEST[0]:.0f} to {1000 * LONGEST[1]:.0f} mm are imported: {REMEDY}"
             )
         check_length(longest * scan.metres, f"in the file's unit, {scan.metres:g} m{part}")
@@ -140,6 +150,7 @@ def _hull_volume(points: Floats) -> float:
         return 0.0
 
 
+@np.errstate(divide="ignore", invalid="ignore")  # trimesh's warnings of shapes that are refused
 def import_shape(job: Job, out: Path) -> bool:
     """Write ``visual.glb``, ``collision.glb`` and ``shape.json``; False when up to date.
 
@@ -271,9 +282,13 @@ def import_all(jobs: Sequence[Job], out: Path, workers: int, timeout: float) -> 
         out: folder that the objects' folders go to.
         workers: number of processes.
         timeout: time after which an object fails, alone [s].
+
+    Raises:
+        GraspBenchError: another import writes to ``out``.
     """
     out.mkdir(parents=True, exist_ok=True)
-    with ProcessPool(max_workers=workers) as pool:
+    busy = GraspBenchError(f"Another import is writing to {out}; wait for it or choose another --out.")
+    with Lock(out / ".lock", busy), ProcessPool(max_workers=workers) as pool:
         futures: dict[Future[Report], Job] = {pool.submit(import_one, timeout, j, out): j for j in jobs}
         try:
             for future in as_completed(futures):
@@ -293,4 +308,4 @@ def import_all(jobs: Sequence[Job], out: Path, workers: int, timeout: float) -> 
         except BaseException:  # interrupted: leaving the pool would wait for all that is queued
             pool.stop()
             raise
-    shutil.rmtree(out / STAGING, ignore_errors=True)
+        shutil.rmtree(out / STAGING, ignore_errors=True)

@@ -7,6 +7,7 @@ import numpy as np
 from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.importing.body import Body, Options
 from grasp_bench.workshop.importing.folder import RefusedError
+from grasp_bench.workshop.importing.units import figure
 from grasp_bench.workshop.shapes import Mesh
 
 MASSES = (0.001, 5.0)
@@ -55,7 +56,7 @@ def choose_mass(body: Body, options: Options) -> tuple[float, str]:
         note = f"no mass given: {1000 * mass:.0f} g assumed, from {DENSITY:.0f} kg/m³"
     if not MASSES[0] <= mass <= MASSES[1]:
         raise RefusedError(
-            f"a mass of {1000 * mass:.3g} g; {1000 * MASSES[0]:.0f} g to {MASSES[1]:.0f} kg "
+            f"a mass of {figure(1000 * mass)} g; {1000 * MASSES[0]:.0f} g to {MASSES[1]:.0f} kg "
             "can be lifted and simulated: give --mass, or check the size (--units, --length, --scale)"
         )
     return mass, note

@@ -8,7 +8,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.importing.folder import RefusedError
-from grasp_bench.workshop.importing.units import DENSITIES
+from grasp_bench.workshop.importing.units import DENSITIES, figure
 from grasp_bench.workshop.shapes import Mesh
 
 CENTRE_SLACK = 0.05
@@ -34,9 +34,9 @@ def check_density(mass: float, hull_volume: float, longest: float, typical: floa
     if not DENSITIES[0] <= density <= DENSITIES[1]:
         kind = "more than lead's" if density > DENSITIES[1] else "less than foam's"
         raise RefusedError(
-            f"{1000 * mass:.3g} g in a shape {1000 * longest:.3g} mm long is {density:.2g} kg/m³, {kind}: "
-            f"about {1000 * typical:.2g} g would be usual. Check --mass, "
-            f"or the size (--units, --length, --scale)"
+            f"{figure(1000 * mass)} g in a shape {figure(1000 * longest)} mm long is "
+            f"{figure(density, 2)} kg/m³, {kind}: about {figure(1000 * typical, 2)} g would be usual. "
+            f"Check --mass, or the size (--units, --length, --scale)"
         )
 
 
@@ -64,8 +64,8 @@ def check_inertia(mass: float, centre: Floats, inertia: Floats, solid: Mesh) -> 
     outside = float((planes[:, :3] @ centre + planes[:, 3]).max())
     if outside > CENTRE_SLACK * longest:
         raise RefusedError(
-            f"its centre of mass ({_millimetres(centre)}) lies {1000 * outside:.3g} mm outside of its shape; "
-            f"that of the shape is at ({_millimetres(own)}): correct it, or leave the inertia out"
+            f"its centre of mass ({_millimetres(centre)}) lies {figure(1000 * outside)} mm outside of its "
+            f"shape; that of the shape is at ({_millimetres(own)}): correct it, or leave the inertia out"
         )
     moments = np.linalg.eigvalsh((inertia + inertia.T) / 2)
     reach = float(np.linalg.norm(points - centre, axis=1).max())
@@ -77,8 +77,8 @@ def check_inertia(mass: float, centre: Floats, inertia: Floats, solid: Mesh) -> 
         )
     if moments[2] > INERTIA_SLACK * mass * reach**2:
         raise RefusedError(
-            f"its inertia ({_moments(moments)}) is more than {1000 * mass:.3g} g have with all of it at the "
-            f"farthest point, {mass * reach**2:.2g} kg m²; {usual}"
+            f"its inertia ({_moments(moments)}) is more than {figure(1000 * mass)} g have with all of it at "
+            f"the farthest point, {mass * reach**2:.2g} kg m²; {usual}"
         )
     if moments[2] > INERTIA_SLACK * (moments[0] + moments[1]):
         raise RefusedError(
@@ -88,7 +88,7 @@ def check_inertia(mass: float, centre: Floats, inertia: Floats, solid: Mesh) -> 
 
 
 def _millimetres(point: Floats) -> str:
-    return ", ".join(f"{1000 * x:.3g}" for x in point) + " mm"
+    return ", ".join(figure(1000 * float(x)) for x in point) + " mm"
 
 
 def _moments(moments: NDArray[np.floating]) -> str:

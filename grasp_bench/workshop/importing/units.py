@@ -18,6 +18,11 @@ NORMALISED = (LONGEST[1], 1.2)
 REMEDY = "give its longest side with --length METRES, or its unit with --units"
 
 
+def figure(value: float, digits: int = 3) -> str:
+    """Return a number of so many significant digits as people write it: never with an exponent."""
+    return np.format_float_positional(float(f"{value:.{digits}g}"), trim="-")
+
+
 def choose_unit(
     extents: NDArray[np.float64], unit: str, mass: float | None, hull_volume: float
 ) -> tuple[str, str]:
@@ -51,9 +56,10 @@ def choose_unit(
         likely = [u for u in possible if DENSITIES[0] <= density[u] <= DENSITIES[1]]
         if not likely:
             told = ", ".join(
-                f"{1000 * longest * UNITS[u]:.3g} mm and {density[u]:.1g} kg/m³ in {u}" for u in possible
+                f"{figure(1000 * longest * UNITS[u])} mm and {figure(density[u], 1)} kg/m³ in {u}"
+                for u in possible
             )
-            raise RefusedError(f"{1000 * mass:.3g} g make no sense in any unit ({told}): {REMEDY}")
+            raise RefusedError(f"{figure(1000 * mass)} g make no sense in any unit ({told}): {REMEDY}")
     elif NORMALISED[0] < longest <= NORMALISED[1]:
         raise RefusedError(
             f"its longest side is {longest:.4g}, as of a mesh that was scaled to the length 1 and has no "
@@ -73,7 +79,7 @@ def check_length(longest: float, how: str) -> None:
     """
     if not LONGEST[0] <= longest <= LONGEST[1]:
         raise RefusedError(
-            f"{1000 * longest:.3g} mm long {how}; objects of {1000 * LONGEST[0]:.0f} to "
+            f"{figure(1000 * longest)} mm long {how}; objects of {1000 * LONGEST[0]:.0f} to "
             f"{1000 * LONGEST[1]:.0f} mm are imported: {REMEDY}"
         )
 

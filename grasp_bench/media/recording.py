@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from grasp_bench.scene.world import Touch, World
+from grasp_bench.scene.touch import Touch
+from grasp_bench.scene.world import World
 
 Floats = NDArray[np.float64]
 

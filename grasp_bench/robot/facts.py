@@ -173,6 +173,10 @@ def parse(path: Path) -> ET.Element:
     except (OSError, ET.ParseError, ValueError, RecursionError) as error:
         raise AssetError(f"{path} cannot be read as XML ({error}).") from error
     for element in tree.iter():
+        if unset := [
+            key for key, value in element.items() if key != "name" and "nan" in value.lower().split()
+        ]:
+            raise AssetError(f"{path} has a <{element.tag}> whose {unset[0]} is not a number (nan).")
         if element.tag in FOREIGN:
             raise AssetError(
                 f"{path} uses <{element.tag}>, which is not read: write the part whole into one MJCF file "
@@ -186,5 +190,5 @@ def _inside(folder: Path, base: Path, name: str, what: str) -> Path:
     if not path.is_relative_to(root):
         raise AssetError(f"{what} names {name}, which lies outside of {folder}; copy it into the folder.")
     if not path.is_file():
-        raise AssetError(f"{what} names {name}, which is not in {folder}.")
+        raise AssetError(f"{what} names {name}, which is not in {folder.resolve()}.")
     return path

@@ -15,7 +15,6 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
-from filelock import FileLock, Timeout
 
 from grasp_bench.errors import ResultsError
 from grasp_bench.runs.differences import listed
@@ -25,6 +24,7 @@ from grasp_bench.runs.record import Timings, TrialRecord
 from grasp_bench.runs.schema import strict_json
 from grasp_bench.system.files import read_text
 from grasp_bench.system.integrity import replacing, sync_folder, write_whole
+from grasp_bench.system.locking import Lock
 
 TRIALS, TIMINGS = "trials.jsonl", "timings.jsonl"
 ERRORS = "errors.log"
@@ -45,12 +45,10 @@ class RunFolder:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        busy = ResultsError(f"Another run is writing to {path}; wait for it or choose --out.")
         try:
             path.mkdir(parents=True, exist_ok=True)
-            self._lock = FileLock(path / ".lock")
-            self._lock.acquire(timeout=0)
-        except Timeout as error:
-            raise ResultsError(f"Another run is writing to {path}; wait for it or choose --out.") from error
+            self._lock = Lock(path / ".lock", busy)
         except OSError as error:
             raise ResultsError(
                 f"{path} cannot be written ({error.strerror}); choose another --out."
@@ -64,8 +62,6 @@ class RunFolder:
 
     def __exit__(self, *_: object) -> None:
         self._close()
-        with suppress(OSError):
-            (self.path / ".lock").unlink(missing_ok=True)
         self._lock.release()
 
     def _close(self) -> None:

@@ -272,7 +272,7 @@ class FloatingGripper:
     def held(self) -> int | None:
         """Return the number of the object that both fingers touch, if any."""
         # A contact is enough for a quick try, whatever force it carries; a trial's judge wants a positive one
-        # (:attr:`grasp_bench.scene.world.Touch.held`). Labels and shipped objects were made like this.
+        # (:attr:`grasp_bench.scene.touch.Touch.held`). Labels and shipped objects were made like this.
         pairs = self.data.contact.geom
         fingers = (self.body[pairs[touching(self.data, f)]].max(1) for f in (self.left, self.right))
         left, right = ({int(b) for b in bodies if b >= 0} for bodies in fingers)

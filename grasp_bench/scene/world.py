@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -13,12 +12,11 @@ from mujoco.rollout import rollout
 from grasp_bench.grasps import GraspPose
 from grasp_bench.robot.cup import SuctionCup
 from grasp_bench.robot.robot import Robot
-from grasp_bench.robot.solids import subtree
 from grasp_bench.robot.trajectory import Trajectory
 from grasp_bench.scenario.sections import Scenario
-from grasp_bench.scene.builder import GROUND, OBJECT
-from grasp_bench.scene.contacts import touching
+from grasp_bench.scene.builder import OBJECT
 from grasp_bench.scene.sealing import Sealing
+from grasp_bench.scene.touch import Feeling, Touch
 from grasp_bench.system.arrays import Floats
 
 _STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
@@ -26,29 +24,6 @@ _STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 
 class UnstableError(RuntimeError):
     """The simulation diverged, or the object never came to rest."""
-
-
-@dataclass(frozen=True)
-class Touch:
-    """What the object touches.
-
-    Attributes:
-        left, right: summed normal force of each finger [N]; 0 where there is no contact.
-        elsewhere: names of what else it touches; the palm between the fingers does not count.
-    """
-
-    left: float
-    right: float
-    elsewhere: tuple[str, ...]
-
-    @property
-    def held(self) -> bool:
-        """Both fingers press on the object.
-
-        The judge wants a positive normal force: a contact alone may carry none, as when the object is about
-        to leave a pad. The floating gripper, which decides more coarsely, is content with the contact.
-        """
-        return self.left > 0 and self.right > 0
 
 
 class World:
@@ -97,15 +72,8 @@ class World:
         self._places = [model.joint(n).qposadr[0] for n in objects]
         self._speeds = [model.joint(n).dofadr[0] for n in objects]
         self._friction = friction
-        self._is_any_object = np.isin(model.geom_bodyid, self.bodies)
-        names = [model.body(i).name for i in model.geom_bodyid]
-        self._is_left, self._is_right = (
-            np.isin(model.geom_bodyid, subtree(model, model.body(hand + f).id)) for f in gripper.fingers
-        )
+        self._feeling = Feeling(model, robot, self.bodies)
         self.pads = np.array([model.geom(hand + n).id for n in gripper.pads])
-        self._is_palm = np.array([n.startswith(hand) for n in names]) & ~(self._is_left | self._is_right)
-        self._is_robot = np.array([n.startswith(arm) for n in names])
-        self._is_table = np.array([model.geom(i).name == GROUND for i in range(model.ngeom)])
         self._sealing = Sealing(model, gripper, hand) if isinstance(gripper, SuctionCup) else None
         self.steps = 0
         self.observer: Callable[[World], None] | None = None
@@ -134,7 +102,6 @@ class World:
         self.target = which
         self.object_body = self.bodies[which]
         self._object_q, self._object_v = self._places[which], self._speeds[which]
-        self._is_object = self.model.geom_bodyid == self.object_body
         if self._friction is not None:  # sliding friction of a pair is that of the pads, which have priority
             sliding = self._friction[which] * self.scenario.gripper.friction_scale
             self.model.geom_friction[self.pads, 0] = sliding
@@ -300,33 +267,8 @@ class World:
 
     def touch(self) -> Touch:
         """Return what the object touches now, and how hard."""
-        force = np.zeros(6)
-        left = right = 0.0
-        elsewhere: set[str] = set()
-        for i in touching(self.data, self._is_object):
-            first, second = self.data.contact.geom[i]
-            other = second if self._is_object[first] else first
-            mujoco.mj_contactForce(self.model, self.data, int(i), force)
-            if force[0] <= 0:
-                continue
-            if self._is_left[other] or self._is_right[other]:  # a cup is both
-                left += force[0] * self._is_left[other]
-                right += force[0] * self._is_right[other]
-            elif self._is_any_object[other]:
-                if self.rise(self.bodies.index(self.model.geom_bodyid[other])) < self.rise() / 2:
-                    elsewhere.add("another object")  # one that was lifted with it does not count
-            elif not self._is_palm[other]:
-                name = self.model.geom(int(other)).name
-                elsewhere.add("table" if name == GROUND else name.removeprefix(self.robot.arm_prefix))
-        return Touch(left, right, tuple(sorted(elsewhere)))
+        return self._feeling.touch(self.data, self.object_body, self.rise)
 
     def collision_force(self) -> tuple[float, str]:
         """Return the greatest normal force [N] of the robot against object or table, and what it meets."""
-        force = np.zeros(6)
-        worst, name = 0.0, ""
-        for i in touching(self.data, self._is_robot, self._is_any_object | self._is_table):
-            mujoco.mj_contactForce(self.model, self.data, int(i), force)
-            if force[0] > worst:
-                worst = float(force[0])
-                name = "object" if self._is_any_object[self.data.contact.geom[i]].any() else "table"
-        return worst, name
+        return self._feeling.collision(self.data)

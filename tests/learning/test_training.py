@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import math
+import resource
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -624,6 +625,32 @@ def test_two_trainings_into_one_folder_are_refused(folder: Path, tmp_path: Path)
         train(TrainConfig(network="gg-cnn", steps=1, batch=2), load_scenes([folder]), tmp_path)
 
 
+def test_a_disk_that_fills_up_while_training_costs_no_step_that_was_stored(
+    folder: Path, tmp_path: Path
+) -> None:
+    """No file may grow beyond 100 kB from some step on: the checkpoint meets what a full disk does."""
+    scenes = load_scenes([folder])
+    config = TrainConfig(**FAST, steps=6, batch=1, ema=0.9, checkpoint_every=2)
+    whole = train(config, scenes, tmp_path / "whole").network.state_dict()
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+
+    def fill(done: int, figures: object, accuracy: object) -> None:
+        if done == 3:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, before[1]))
+
+    try:
+        with pytest.raises(GraspBenchError) as caught:
+            train(config, scenes, tmp_path / "full", fill)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert "(File too large). Free some space; the last checkpoint is kept" in str(caught.value)
+    assert sorted(p.name for p in (tmp_path / "full").iterdir() if p.is_file()) == [CHECKPOINT, "log.jsonl"]
+    steps: list[int] = []
+    again = train(config, scenes, tmp_path / "full", lambda done, *_: steps.append(done)).network.state_dict()
+    assert steps == [3, 4, 5, 6]
+    assert all(torch.equal(value, again[name]) for name, value in whole.items())
+
+
 def test_a_full_disk_is_one_clear_error(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -631,8 +658,8 @@ def test_a_full_disk_is_one_clear_error(
         raise OSError(errno.ENOSPC, "No space left on device", str(path))
 
     monkeypatch.setattr("grasp_bench.learning.training.checkpoint.write_whole", full)
-    with pytest.raises(GraspBenchError, match=r"cannot be written \(No space left on device\)"):
+    with pytest.raises(GraspBenchError, match=r"\(No space left on device\)\. Free some space\.$"):
         train(TrainConfig(network="gg-cnn", steps=1, batch=2), load_scenes([folder]), tmp_path / "x")
     (tmp_path / "file").touch()
-    with pytest.raises(GraspBenchError, match="cannot be written"):
+    with pytest.raises(GraspBenchError, match=r"written \(Not a directory\)\. Mend that, or choose"):
         train(TrainConfig(network="gg-cnn", steps=1, batch=2), load_scenes([folder]), tmp_path / "file" / "x")

@@ -33,7 +33,7 @@ from grasp_bench.replay.rerender import missing, rerender
 from grasp_bench.replay.story import _contact, story
 from grasp_bench.runs.jobs import Settings, spread
 from grasp_bench.scenario.sections import Scenario
-from grasp_bench.scene.world import Touch
+from grasp_bench.scene.touch import Touch
 from grasp_bench.system.machine import THREADS
 
 

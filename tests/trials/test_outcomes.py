@@ -18,7 +18,8 @@ from grasp_bench.predictors.controls import Displaced, Oracle, project_grasp
 from grasp_bench.predictors.protocol import GroundTruth, PrivilegedPredictor
 from grasp_bench.scenario.outcomes import HARNESS_FAULTS, Outcome
 from grasp_bench.scenario.sections import Scenario
-from grasp_bench.scene.world import Touch, UnstableError, World
+from grasp_bench.scene.touch import Touch
+from grasp_bench.scene.world import UnstableError, World
 from grasp_bench.trials.attempt import Trial
 from grasp_bench.trials.trial import run_trial
 from grasp_bench.trials.workcell import Workcell

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import math
 import time
 from collections.abc import Callable
@@ -12,7 +13,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
-from filelock import FileLock, Timeout
 from torch import Tensor, nn
 from torch.utils.flop_counter import FlopCounterMode
 
@@ -32,9 +32,12 @@ from grasp_bench.networks.rows import Detector
 from grasp_bench.networks.spec import Kind
 from grasp_bench.networks.store import WeightsFile, stored_input
 from grasp_bench.networks.weights import load
+from grasp_bench.system.locking import Lock
 from grasp_bench.system.machine import usable_cores
 
 CHECKPOINT = "checkpoint.safetensors"
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""Errors of a disk on which there is no more room for this user or in this file."""
 
 Report = Callable[[int, dict[str, float], Accuracy | None], None]
 """Called with the steps done, figures, and the accuracy where validated: after each step on a CPU, and where
@@ -73,16 +76,15 @@ def train(
     """
     try:
         out.mkdir(parents=True, exist_ok=True)
-        with FileLock(out / ".lock", timeout=0):
+        busy = GraspBenchError(f"Another training is writing to {out}; wait for it or choose another --out.")
+        with Lock(out / ".lock", busy):
             return _train(config, scenes, out, report, init)
-    except Timeout as error:
-        raise GraspBenchError(
-            f"Another training is writing to {out}; wait for it or choose another --out."
-        ) from error
     except OSError as error:
+        remedy = "Free some space" if error.errno in _FULL else "Mend that, or choose another --out"
+        if (out / CHECKPOINT).is_file():
+            remedy += "; the last checkpoint is kept, and the same command goes on from there"
         raise GraspBenchError(
-            f"{error.filename or out} cannot be written ({error.strerror}). The last checkpoint in {out} is "
-            "kept; free some space, and the same command goes on from there."
+            f"{error.filename or out} cannot be written ({error.strerror}). {remedy}."
         ) from error
 
 

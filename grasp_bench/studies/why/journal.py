@@ -10,12 +10,10 @@ import hashlib
 import json
 import os
 from collections.abc import Iterable
-from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated
 
-from filelock import FileLock, Timeout
 from pydantic import Field
 
 from grasp_bench.errors import ResultsError
@@ -25,6 +23,7 @@ from grasp_bench.runs.record import TrialRecord
 from grasp_bench.runs.schema import Count, Stored, Text, strict_json
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.studies.why.causes import KEYS, Removed
+from grasp_bench.system.locking import Lock
 
 WHY = "why.jsonl"
 STUDY = 1
@@ -84,11 +83,9 @@ class Journal:
         self.path, self.damaged = path, 0
         if path.is_symlink() or (path.exists() and not path.is_file()):
             raise ResultsError(f"{path} is a link or no file; name another one with --out.")
-        self._lock = FileLock(path.with_name(f".{path.name}.lock"))
+        busy = ResultsError(f"Another study is writing to {path}; wait for it.")
         try:
-            self._lock.acquire(timeout=0)
-        except Timeout as error:
-            raise ResultsError(f"Another study is writing to {path}; wait for it.") from error
+            self._lock = Lock(path.with_name(f".{path.name}.lock"), busy)
         except OSError as error:
             raise ResultsError(
                 f"{path} cannot be written ({error.strerror}); name another one with --out."
@@ -98,8 +95,6 @@ class Journal:
         return self
 
     def __exit__(self, *_: object) -> None:
-        with suppress(OSError):
-            Path(self._lock.lock_file).unlink(missing_ok=True)
         self._lock.release()
 
     def read(self, wanted: Iterable[TrialRecord]) -> dict[int, dict[Removed, Replayed]]:

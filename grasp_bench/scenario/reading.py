@@ -129,7 +129,7 @@ def parse_scenario(content: dict[str, Any], origin: str) -> Scenario:
 
 def known_within_reach(scenario: Scenario) -> bool:
     """Return whether a test knows the arm to reach all places: robot and places are those of ``table4`` or
-    ``clutter``, and no wrist moves the camera. Working it out takes as long as all else a run checks first."""
+    ``clutter``, and no wrist moves the camera. Asking takes as long as all else that a run checks."""
     own, usual = scenario.motion, Motion()
     around = scenario.table if scenario.clutter is None else scenario.clutter
     return (

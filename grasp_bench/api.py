@@ -20,9 +20,6 @@ from grasp_bench.media.modes import check_mode
 from grasp_bench.objects.catalog import Catalog, ObjectModel, folder_of
 from grasp_bench.objects.difficulty import check_graded
 from grasp_bench.objects.fitted import graspable, is_reference
-from grasp_bench.planning.planner import Planner
-from grasp_bench.planning.reach import check_reach
-from grasp_bench.planning.viewing import view_motions
 from grasp_bench.predictors.guard import Guard
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.report.run import Run
@@ -32,7 +29,7 @@ from grasp_bench.runs.info import RUN
 from grasp_bench.runs.jobs import WHOLE, Settings, Shard, spread
 from grasp_bench.runs.limits import MOST_SEED, MOST_TRIALS
 from grasp_bench.runs.record import TrialRecord
-from grasp_bench.scenario.reading import load_scenario
+from grasp_bench.scenario.reading import known_within_reach, load_scenario
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.system import cache
 from grasp_bench.system.graphics import prepare, resolve_renderer
@@ -220,8 +217,14 @@ def objects_for(
     catalog, names = select_objects(asked, gripper, scenario.objects.folder)
     if scenario.objects.graded:
         check_graded(scenario, catalog, names)
-    check_reach(scenario)
+    if not known_within_reach(scenario):
+        from grasp_bench.planning.reach import check_reach
+
+        check_reach(scenario)
     if scenario.camera.mount == "wrist":
+        from grasp_bench.planning.planner import Planner
+        from grasp_bench.planning.viewing import view_motions
+
         view_motions(Planner(scenario))
     names, left_out = graspable(catalog, names, gripper)
     if not names:

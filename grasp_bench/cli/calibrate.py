@@ -35,7 +35,7 @@ def calibrate_command(
     from grasp_bench.networks.registry import info, input_kind
     from grasp_bench.networks.store import WeightsFile, shipped_file, stored_input
     from grasp_bench.networks.weights import load, with_facts
-    from grasp_bench.system.integrity import write_whole
+    from grasp_bench.system.integrity import MANIFEST, write_whole
     from grasp_bench.system.progress import counting
 
     console = Console()
@@ -54,7 +54,7 @@ def calibrate_command(
     facts = metadata | {KEY: found.facts()}
     with_facts(file, facts)
     write_whole(file.path.with_suffix(".md"), model_card(facts).encode())
-    if weights is None:
+    if file.path.with_name(MANIFEST).is_file():
         file.enter_in_manifest()
     told = found.calibration
     console.print(f"{found}", markup=False)

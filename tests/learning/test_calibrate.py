@@ -13,7 +13,7 @@ from test_course import Answers, best_grasp, scenes  # noqa: F401 (six held-out 
 from torch import Tensor, nn
 from typer.testing import CliRunner
 
-from grasp_bench.cli.app import app
+from grasp_bench.cli.commands import app
 from grasp_bench.errors import AssetError
 from grasp_bench.grasps import Grasp
 from grasp_bench.learning.training import held_out

@@ -27,7 +27,7 @@ from grasp_bench.robot.gripper import Gripper
 from grasp_bench.robot.parallel_85 import PARALLEL_85
 from grasp_bench.runs.info import RUN
 from grasp_bench.runs.jobs import WHOLE, Settings, Shard, spread
-from grasp_bench.runs.limits import MOST_SEED, MOST_TRIALS
+from grasp_bench.runs.limits import MOST_TRIALS, check_seed
 from grasp_bench.runs.record import TrialRecord
 from grasp_bench.scenario.reading import known_within_reach, load_scenario
 from grasp_bench.scenario.sections import Scenario
@@ -117,8 +117,7 @@ def run(
     prepare(renderer)
     if trials is not None and not 1 <= trials <= MOST_TRIALS:
         raise GraspBenchError(f"trials must be from 1 to {MOST_TRIALS:,}, not {shown(trials)}")
-    if not 0 <= seed <= MOST_SEED:
-        raise GraspBenchError(f"seed must be from 0 to {MOST_SEED}, not {shown(seed)}")
+    check_seed(seed)
     if workers is not None and workers < 0:
         raise GraspBenchError(f"workers must not be negative, not {workers}; 0 takes one for each core")
     if on_error not in ("record", "raise"):

@@ -9,6 +9,8 @@ from typing import Annotated, Any
 
 import typer
 
+from grasp_bench.cli.layout import listing
+
 arms_app = typer.Typer(no_args_is_help=True, help="List, show and check arms.")
 
 Name = Annotated[str, typer.Argument(help="A shipped arm's name, or the folder of one with arm.yaml.")]
@@ -29,12 +31,9 @@ def list_arms(as_json: AsJson = False) -> None:
         typer.echo(json.dumps([_facts(a) for a in found]))
         return
     from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
 
-    table = Table(header_style="bold")
-    for head in ("Name", "Title", "Joints", "Greatest torques [N m]", "Mass [kg]"):
-        table.add_column(escape(head), justify="left" if head in ("Name", "Title") else "right")
+    head = ("Name", "Title", "Joints", "Greatest torques [N m]", "Mass [kg]")
+    table = listing(head, ("Name", "Title"))
     for a in found:
         torques = ", ".join(f"{t:g}" for t in a.torque_limits)
         table.add_row(a.name, a.title, str(len(a.joints)), torques, f"{a.shape.mass:.1f}")
@@ -53,16 +52,14 @@ def show(name: Name, as_json: AsJson = False) -> None:
     import numpy as np
     from rich.console import Console
     from rich.markup import escape
-    from rich.table import Table
 
     console, shape, facts = Console(soft_wrap=True), arm.shape, arm.facts
     told = escape(f": {arm.title}, {shape.mass:.1f} kg; {arm.path}")
     console.print(f"[bold]{escape(arm.name)}[/bold]{told}")
     if facts.source:
         console.print(f"Source: {facts.source}", markup=False)
-    table = Table(header_style="bold")
-    for head in ("Joint", "Range [°]", "Speed [°/s]", "Torque [N m]", "Home [°]", "Ready [°]"):
-        table.add_column(escape(head), justify="left" if head == "Joint" else "right")
+    head = ("Joint", "Range [°]", "Speed [°/s]", "Torque [N m]", "Home [°]", "Ready [°]")
+    table = listing(head, ("Joint",))
     for i, joint in enumerate(arm.joints):
         low, high = np.degrees(shape.position_limits[i])
         table.add_row(

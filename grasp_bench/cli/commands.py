@@ -25,6 +25,7 @@ from grasp_bench.cli.data import data_app
 from grasp_bench.cli.doctor import doctor_command
 from grasp_bench.cli.evaluate import bench_table_command, evaluate_command
 from grasp_bench.cli.grippers import grippers_app
+from grasp_bench.cli.layout import lay_out
 from grasp_bench.cli.leaderboard import leaderboard_app
 from grasp_bench.cli.merge import merge_command
 from grasp_bench.cli.objects import objects_app
@@ -94,6 +95,7 @@ app.add_typer(scenarios_app, name="scenarios", rich_help_panel=CHOOSE)
 app.add_typer(grippers_app, name="grippers", rich_help_panel=CHOOSE)
 app.add_typer(arms_app, name="arms", rich_help_panel=CHOOSE)
 app.add_typer(cache_app, name="cache", rich_help_panel=MACHINE)
+lay_out(app)
 
 
 def main() -> None:

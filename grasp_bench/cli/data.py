@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
+from grasp_bench.system.files import prepare_picture
 from grasp_bench.system.progress import counting
 
 data_app = typer.Typer(no_args_is_help=True, help="Make training data, and look at it.")
@@ -77,6 +78,7 @@ def show_command(
 
     Shows generated scenes, and Cornell or Jacquard as training sees them.
     """
+    prepare_picture(out)
     from grasp_bench.learning.data.pictures import sample_sheet
 
     shown = sample_sheet(folder, count, out)
@@ -89,7 +91,11 @@ def compare_command(
         Path, typer.Argument(help="Data set, Cornell or Jacquard copy, or folder of a run with --trial.")
     ],
     predictors: Annotated[
-        str, typer.Option(help="Names or files of weights, comma-separated.")
+        str,
+        typer.Option(
+            help="Names or files of weights, comma-separated.",
+            show_default="htc-grasp, gr-convnet, tf-grasp-release",
+        ),
     ] = "htc-grasp,gr-convnet,tf-grasp-release",
     count: Annotated[int, typer.Option(help="Images, spread over the data set.", min=1)] = 4,
     trial: Annotated[int | None, typer.Option(help="Trial of the run whose image is shown.", min=0)] = None,
@@ -101,10 +107,10 @@ def compare_command(
 
     Example: grasp-bench data compare cornell --predictors htc-grasp,gr-convnet --out figure4.png
     """
+    prepare_picture(out)
     from contextlib import ExitStack
 
-    import cv2
-
+    from grasp_bench.learning.data.pictures import write_picture
     from grasp_bench.learning.evaluation.compare import compare, images
     from grasp_bench.predictors.use import in_use
 
@@ -112,7 +118,7 @@ def compare_command(
         names = [name.strip() for name in predictors.split(",") if name.strip()]
         used = {name: opened.enter_context(in_use(name)) for name in names}
         shown = list(images(folder, count, trial))
-        cv2.imwrite(str(out), compare(shown, used)[..., ::-1])
+        write_picture(out, compare(shown, used))
     typer.echo(f"{out}: {', '.join(one.name for one in shown)}; from above: {', '.join(names)}")
 
 

@@ -11,7 +11,7 @@ from grasp_bench.cli.output import put
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.learning.training.config import TrainConfig
 from grasp_bench.networks.registry import input_kind
-from grasp_bench.networks.store import shipped_file
+from grasp_bench.networks.store import WeightsFile, shipped_file
 from grasp_bench.runs.evaluation import AnyDataset, Protocol, Record, Split
 from grasp_bench.system.progress import counting
 
@@ -26,8 +26,12 @@ def evaluate_command(
     dataset: Annotated[AnyDataset, typer.Option(help="What the folder holds.")],
     root: Annotated[Path, typer.Option(help="Folder of a full or partial copy, or of generated scenes.")],
     predictor: Annotated[
-        str, typer.Option(help="A name from `grasp-bench predictors`, a network, or my_module:MyPredictor.")
-    ] = "htc-grasp",
+        str | None,
+        typer.Option(
+            help="A name from `grasp-bench predictors`, a network, or my_module:MyPredictor.",
+            show_default="htc-grasp",
+        ),
+    ] = None,
     split: Annotated[
         Split,
         typer.Option(
@@ -43,7 +47,9 @@ def evaluate_command(
     ] = "strict",
     folds: Annotated[int, typer.Option(help="Test sets, that together hold every image.", min=1)] = 1,
     fold: Annotated[int | None, typer.Option(help="Evaluate this fold alone, from 1.", min=1)] = None,
-    weights: Annotated[Path | None, typer.Option(help="Weights instead of the shipped ones.")] = None,
+    weights: Annotated[
+        Path | None, typer.Option(help="Weights instead of shipped ones; they say of which network they are.")
+    ] = None,
     depth: Annotated[Literal["perfect", "stereo"], typer.Option(help="Depth of Jacquard.")] = "perfect",
     seed: Annotated[int, typer.Option(help="Seed of the folds and of the training.", min=0)] = 0,
     train_steps: Annotated[
@@ -68,7 +74,10 @@ def evaluate_command(
     lr: Annotated[float, typer.Option(help="Highest learning rate.")] = 3e-4,
     threads: Annotated[int, typer.Option(help="Threads of the training.", min=1)] = 1,
     runs: Annotated[
-        Path | None, typer.Option(help="Folder of the trainings; by default runs/evaluate-DATASET-PREDICTOR.")
+        Path | None,
+        typer.Option(
+            help="Folder of the trainings; by default one in runs/ named by data set and predictor."
+        ),
     ] = None,
     fmt: Annotated[Format, typer.Option("--format", help="table, markdown or json.")] = "table",
     rim: Annotated[
@@ -94,6 +103,10 @@ def evaluate_command(
     from grasp_bench.report.tables import markdown, show
 
     console = Console(stderr=fmt != "table")
+    if predictor is None:
+        predictor = (
+            "htc-grasp" if weights is None else WeightsFile(weights).metadata().get("network", "htc-grasp")
+        )
     question = Question(predictor, dataset, root, split, protocol, folds, fold, weights, depth, seed, rim)
     if rim and protocol == "legacy":
         raise GraspBenchError("--rim is for --protocol strict; legacy always leaves out 20 px.")

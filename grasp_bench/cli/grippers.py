@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
+from grasp_bench.cli.layout import listing
 from grasp_bench.system.graphics import without_gl
 
 grippers_app = typer.Typer(
@@ -38,12 +39,9 @@ def list_grippers(as_json: AsJson = False) -> None:
         typer.echo(json.dumps([_facts(g) for g in found]))
         return
     from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
 
-    table = Table(header_style="bold")
-    for head in ("Name", "Opening [mm]", "Force [N]", "Finger [mm]", "Pad [mm]", "Mass [kg]"):
-        table.add_column(escape(head), justify="left" if head == "Name" else "right")
+    head = ("Name", "Opening [mm]", "Force [N]", "Finger [mm]", "Pad [mm]", "Mass [kg]")
+    table = listing(head, ("Name",))
     for g in found:
         finger = (g.finger_thickness, g.finger_width, g.finger_length)
         cup = isinstance(g, SuctionCup)

@@ -9,9 +9,11 @@ from typing import Annotated, Any
 
 import typer
 
+from grasp_bench.cli.layout import listing
 from grasp_bench.cli.objects_grasps import grasps_command
 from grasp_bench.cli.objects_import import import_command
 from grasp_bench.errors import AssetError, UnknownNameError
+from grasp_bench.system.files import prepare_picture
 from grasp_bench.system.graphics import with_gl, without_gl
 
 objects_app = typer.Typer(no_args_is_help=True, help="List, show, verify, picture, build and import objects.")
@@ -30,7 +32,7 @@ def list_objects(
     folder: Folder = None,
     as_json: AsJson = False,
 ) -> None:
-    """List objects with category, mass, size and number of convex pieces."""
+    """List objects with category (where it is not the name), mass, size and number of convex pieces."""
     from grasp_bench.objects.catalog import Catalog
 
     catalog = Catalog(folder)
@@ -40,21 +42,19 @@ def list_objects(
         return
     from rich.console import Console
     from rich.markup import escape
-    from rich.table import Table
 
-    title = f"{len(entries)} objects in {len({e['category'] for e in entries})} categories"
-    table = Table(header_style="bold", title=title)
-    for name in ("Name", "Category", "Mass [g]", "Size [mm]", "Material", "Hulls"):
-        numbers = name in ("Mass [g]", "Size [mm]", "Hulls")
-        table.add_column(escape(name), justify="right" if numbers else "left")
+    kinds = len({e["category"] for e in entries})
+    title = (
+        f"{len(entries)} object{'s' * (len(entries) != 1)} in {kinds} categor{'y' if kinds == 1 else 'ies'}"
+    )
+    table = listing(("Name", "Category", "Mass [g]", "Size [mm]", "Hulls"), ("Name", "Category"), title)
     for e in entries:
         size = " × ".join(f"{1000 * x:.0f}" for x in e["extents"])
         table.add_row(
             escape(e["name"]),
-            escape(e["category"]),
+            "" if e["category"] == e["name"] else escape(e["category"]),
             f"{1000 * e['mass']:.0f}",
             size,
-            escape(e["material"]),
             str(e["hulls"]),
         )
     Console().print(table)
@@ -69,6 +69,7 @@ def show(
 ) -> None:
     """Show all that is known of one object."""
     if picture is not None:
+        prepare_picture(picture)
         with_gl()
     from grasp_bench.objects.catalog import Catalog
     from grasp_bench.objects.difficulty import difficulty_of
@@ -146,6 +147,7 @@ def sheet(
     names: Annotated[bool, typer.Option(help="Write names under the pictures.")] = True,
 ) -> None:
     """Render a contact sheet of objects."""
+    prepare_picture(out)
     with_gl()
     from grasp_bench.objects.catalog import Catalog
     from grasp_bench.workshop.pictures import contact_sheet

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from grasp_bench.cli.layout import listing
 from grasp_bench.system.graphics import without_gl
 
 predictors_app = typer.Typer(help="List predictors, and check whether one keeps to the protocol.")
@@ -52,9 +53,9 @@ def list_predictors(context: typer.Context, as_json: AsJson = False) -> None:
         return
     from rich.console import Console
     from rich.markup import escape
-    from rich.table import Table
 
-    table = Table("Name", "What it does", header_style="bold")
+    head = ("Name", "What it does")
+    table = listing(head, head)
     for group in dict.fromkeys(groups):
         table.add_section()
         table.add_row(f"[bold]{escape(group)}[/bold]", "")
@@ -101,9 +102,9 @@ def check_predictor(name: Name, as_json: AsJson = False) -> None:
     else:
         from rich.console import Console
         from rich.markup import escape
-        from rich.table import Table
 
-        table = Table("Image", "Grasps", "Time \\[ms]", "Verdict", header_style="bold", title=escape(name))
+        head = ("Image", "Grasps", "Time [ms]", "Verdict")
+        table = listing(head, ("Image", "Verdict"), escape(name))
         for r in rows:
             colour = "red" if r.failed else "yellow" if r.findings else "green"
             words = "\n".join(f"{f.level}: {f.text}" for f in r.findings) or "sound"

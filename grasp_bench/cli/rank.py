@@ -86,9 +86,11 @@ def rank_command(
     if without:
         console.print(left_out(without), soft_wrap=True)
     with counting(Console(stderr=True, quiet=as_json)) as bar:
-        tasks = {n: bar.add_task(n, total=budget, state="") for n in names}
+        tasks = {}
 
         def count(name: str, record: TrialRecord, there: bool) -> None:
+            if not tasks:  # not before: what is wrong with the inputs is told without any bar
+                tasks.update((n, bar.add_task(n, total=budget, state="")) for n in names)
             bar.update(tasks[name], advance=1)
 
         race = rank(contest, folder, workers or usable_cores(), count)

@@ -13,7 +13,7 @@ import typer
 
 from grasp_bench.cli import completion
 from grasp_bench.cli.output import left_out
-from grasp_bench.runs.limits import MOST_SEED, MOST_TRIALS, ErrorLimit
+from grasp_bench.runs.limits import MOST_TRIALS, ErrorLimit
 from grasp_bench.system.interrupts import told_apart
 from grasp_bench.system.machine import usable_cores
 from grasp_bench.system.progress import Progress
@@ -37,16 +37,19 @@ def run_command(
         ),
     ] = 180,
     predictor: Annotated[
-        str,
+        str | None,
         typer.Option(
             autocompletion=completion.predictors,
+            show_default="htc-grasp",
             help="A name from `grasp-bench predictors`, my_module:MyPredictor, http://127.0.0.1:PORT, or "
             "'cmd: python my_server.py --port {port}'.",
         ),
-    ] = "htc-grasp",
+    ] = None,
     weights: Annotated[
         Path | None,
-        typer.Option(help="Weights of the network instead of the shipped ones, as `train` writes them."),
+        typer.Option(
+            help="Weights that `train` wrote, instead of shipped ones; they say of which network they are."
+        ),
     ] = None,
     scenario: Annotated[
         str,
@@ -54,10 +57,10 @@ def run_command(
             autocompletion=completion.scenarios, help="A shipped scenario, or the path of a YAML file."
         ),
     ] = "table4",
-    seed: Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Seed of all that is random.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of all that is random.")] = 0,
     workers: Annotated[int, typer.Option(min=0, help="Processes; 0 takes one for each core.")] = 0,
     out: Annotated[
-        Path | None, typer.Option(help="Results folder; by default results/PREDICTOR-SCENARIO-seedN.")
+        Path | None, typer.Option(help="Results folder; by default PREDICTOR-SCENARIO-seedN in results/.")
     ] = None,
     renderer: Annotated[
         str, typer.Option(help="auto, raycast (needs no graphics library), egl or osmesa.")
@@ -112,7 +115,8 @@ def run_command(
     if weights is not None:
         from grasp_bench.predictors.names import with_weights
 
-        predictor = with_weights(predictor, weights)
+        predictor = str(weights) if predictor is None else with_weights(predictor, weights)
+    predictor = predictor or "htc-grasp"
     asked, most = workers, max(2, usable_cores())
     if executor == "process":
         workers = min(workers, most)

@@ -8,6 +8,8 @@ from typing import Annotated
 import typer
 import yaml
 
+from grasp_bench.cli.layout import listing
+
 scenarios_app = typer.Typer(invoke_without_command=True, help="List scenarios, and show what they hold.")
 
 
@@ -26,11 +28,9 @@ def list_command(
         return
     from rich.console import Console
     from rich.markup import escape
-    from rich.table import Table
 
-    table = Table(header_style="bold")
-    table.add_column("Name", no_wrap=True)
-    table.add_column("What it is")
+    head = ("Name", "What it is")
+    table = listing(head, head)
     for row in found:
         table.add_row(*map(escape, row))
     console = Console()

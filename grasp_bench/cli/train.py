@@ -15,6 +15,7 @@ from pydantic import ValidationError
 from grasp_bench.learning.training.config import RECIPES, TrainConfig
 from grasp_bench.networks.registry import info, input_kind
 from grasp_bench.networks.store import WeightsFile, place_to_ship, shipped_file
+from grasp_bench.system.graphics import without_gl
 from grasp_bench.system.integrity import write_whole
 from grasp_bench.system.progress import counting
 
@@ -97,6 +98,7 @@ def train_command(
     from grasp_bench.learning.training.sources import Source, gather
 
     prepare_process()
+    without_gl()  # tries in physics need no graphics, and no display
     console = Console()
     config, begin = read_settings(with_recipe(recipe, settings, context))
     sources = [Source.parse(str(d)) for d in data]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -70,3 +71,5 @@ def why_command(
         put(tables(study), {}, "table", None)
         for line in examples(study, pages):
             typer.echo(line)
+        if not pages.page.is_file():
+            typer.echo(f"That page is not made yet: grasp-bench report {shlex.quote(str(run))} --format html")

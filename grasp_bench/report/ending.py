@@ -6,6 +6,7 @@ import re
 import shlex
 from collections import Counter
 
+from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.runs.folder import ERRORS
 from grasp_bench.runs.results import RunResults
 from grasp_bench.system.texts import legible
@@ -21,7 +22,8 @@ def ending(run: RunResults) -> list[str]:
         (outcome, kind), count = kinds.most_common(1)[0]
         example = next(r for r in failed if r.outcome == outcome and re.sub(r"[0-9]+", "#", r.detail) == kind)
         words = legible(" ".join(example.detail.split()), 300)
-        lines.append(f"Most failures ({count} of {len(failed)}): {outcome}: {words} (trial {example.trial})")
+        which = "Most failures" if 2 * count > len(failed) else "Commonest failure"
+        lines.append(f"{which} ({count} of {len(failed)}): {outcome}: {words} (trial {example.trial})")
     if (run.folder / ERRORS).is_file():
         lines.append(f"Tracebacks of the predictor: {run.folder / ERRORS}")
     if not run.successes:
@@ -32,7 +34,7 @@ def ending(run: RunResults) -> list[str]:
 def _hint(run: RunResults) -> str:
     name, folder = shlex.quote(run.predictor), shlex.quote(str(run.folder))
     hint = "Nothing was lifted. "
-    if not run.predictor.startswith("__main__:"):
+    if not run.predictor.startswith("__main__:") and run.predictor not in SHIPPED:
         hint += (
             f"`grasp-bench predictors check {name}` finds the usual slips: x and y exchanged, degrees, "
             "fractions, metres. "

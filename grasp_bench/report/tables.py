@@ -129,8 +129,12 @@ def show(tables: Iterable[TextTable], console: Console) -> None:
             )
         if t.title:
             console.print(Text(t.title, style="bold"))
-        if not t.head:  # lines that may hold commands: for the terminal to wrap, and a blank line after them
-            console.print(Text(f"{t.lead}\n" if t.lead else ""), soft_wrap=True)
+        if not t.head:  # commands, which are indented, are for the terminal to wrap; a blank line after all
+            for line in t.lead.splitlines():
+                whole = line.startswith(" ")
+                words = line if whole else fill(line, console.width, subsequent_indent="  ")
+                console.print(Text(words), soft_wrap=whole)
+            console.print()
             continue
         if t.lead:
             console.print(Text(t.lead))

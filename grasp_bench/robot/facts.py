@@ -11,13 +11,14 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any, TypeVar
 
-import yaml
 from defusedxml import ElementTree as SafeTree
 from defusedxml.common import DefusedXmlException
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from grasp_bench.errors import AssetError, UnknownNameError
+from grasp_bench.system.files import read_text
 from grasp_bench.system.paths import assets_dir
+from grasp_bench.system.yaml_text import read_yaml
 
 MAX_YAML = 100_000
 MAX_XML = 5_000_000
@@ -107,8 +108,8 @@ def _content(path: Path) -> Any:
     try:
         if path.stat().st_size > MAX_YAML:
             raise AssetError(f"{path} is larger than {MAX_YAML // 1000} kB; it holds a few facts only.")
-        return yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
+        return read_yaml(read_text(path))
+    except (OSError, ValueError) as error:
         raise AssetError(f"{path} cannot be read as YAML ({' '.join(str(error).split())}).") from error
 
 

@@ -6,11 +6,18 @@ import re
 from dataclasses import dataclass
 
 from grasp_bench.errors import GraspBenchError
+from grasp_bench.system.texts import shown
 
 MOST_TRIALS = 100_000_000
 """No run has more trials."""
 MOST_SEED = 2**63 - 1
 """Largest seed of a run."""
+
+
+def check_seed(seed: int) -> None:
+    """Refuse a seed that no record holds; GraspBenchError."""
+    if not 0 <= seed <= MOST_SEED:
+        raise GraspBenchError(f"seed must be from 0 to {MOST_SEED}, not {shown(seed)}")
 
 
 @dataclass(frozen=True)

@@ -5,22 +5,19 @@ Unknown keys and impossible values are refused, naming the file, the key and wha
 
 from __future__ import annotations
 
-import types
 from pathlib import Path
-from typing import Any, Union, get_args, get_origin
+from typing import Any
 
 from pydantic import ValidationError
 
 from grasp_bench.errors import ScenarioError, UnknownNameError
+from grasp_bench.scenario.faults import fault_lines, section_of
 from grasp_bench.scenario.fields import Section
 from grasp_bench.scenario.sections import VERSION, Clutter, Motion, Robot, Scenario, Table
 from grasp_bench.system.files import read_text
 from grasp_bench.system.paths import scenarios_dir
 from grasp_bench.system.texts import legible, legible_all, shown
 from grasp_bench.system.yaml_text import read_yaml
-
-MOST_FAULTS = 10
-"""Faults of one scenario that are told."""
 
 
 def scenario_names() -> list[str]:
@@ -120,9 +117,7 @@ def parse_scenario(content: dict[str, Any], origin: str) -> Scenario:
     try:
         return Scenario.model_validate(content)
     except ValidationError as error:
-        faults = [_explain(origin, e) for e in error.errors(include_url=False)]
-        more = [f"{origin}: and {len(faults) - MOST_FAULTS} more"] if len(faults) > MOST_FAULTS else []
-        raise ScenarioError("\n".join([*faults[:MOST_FAULTS], *more])) from error
+        raise ScenarioError("\n".join(fault_lines(error, origin, Scenario))) from error
     except (RecursionError, OverflowError) as error:
         raise ScenarioError(f"{origin}: a number or a list in it is too large") from error
 
@@ -145,7 +140,7 @@ def parameters(model: type[Section] = Scenario, prefix: str = "") -> list[str]:
     """Return the dotted names of all values of a scenario, such as ``gripper.force``."""
     names = []
     for key, field in model.model_fields.items():
-        section = _section(field.annotation)
+        section = section_of(field.annotation)
         names += [prefix + key] if section is None else parameters(section, f"{prefix}{key}.")
     return names
 
@@ -173,25 +168,3 @@ def with_value(scenario: Scenario, parameter: str, value: Any) -> Scenario:
     place[key] = value
     content["name"] = f"{scenario.name}+{parameter}={value}"
     return parse_scenario(content, parameter)
-
-
-def _section(annotation: Any) -> type[Section] | None:
-    """Return the section an annotation stands for, optional or not; None for a plain value."""
-    options = get_args(annotation) if get_origin(annotation) in (Union, types.UnionType) else (annotation,)
-    found = [o for o in options if isinstance(o, type) and issubclass(o, Section)]
-    return found[0] if found else None
-
-
-def _explain(origin: str, error: Any) -> str:
-    keys = [legible(str(k), 100) for k in error["loc"]]
-    where = ".".join(keys) or "scenario"
-    if error["type"] == "extra_forbidden":
-        model: Any = Scenario
-        for key in keys[:-1]:
-            field = None if model is None else model.model_fields.get(key)
-            model = None if field is None else _section(field.annotation)
-        if model is None:
-            return f"{origin}: unknown key {shown(where, 80)}"
-        return f"{origin}: {UnknownNameError(f'key in {where!r}:', keys[-1], model.model_fields)}"
-    given = "" if isinstance(error["input"], dict) else f" (got {shown(error['input'], 80)})"
-    return f"{origin}: {where}: {legible(error['msg'], 300)}{given}"

@@ -18,6 +18,7 @@ from grasp_bench.predictors.identity import identify
 from grasp_bench.runs import margins
 from grasp_bench.runs.folder import RunFolder
 from grasp_bench.runs.jobs import Job, Settings
+from grasp_bench.runs.limits import check_seed
 from grasp_bench.runs.record import TrialRecord
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.studies.draw import draw, whole
@@ -113,6 +114,7 @@ def rank(
     Raises:
         GraspBenchError: before any trial starts, for anything wrong with the inputs.
     """
+    check_seed(contest.seed)
     if len(set(contest.predictors)) < max(2, len(contest.predictors)):
         raise GraspBenchError("A ranking needs two predictors or more, each named once.")
     if contest.scenario.clutter is not None:

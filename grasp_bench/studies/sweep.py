@@ -15,8 +15,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from grasp_bench import api
 from grasp_bench.errors import ScenarioError
 from grasp_bench.runs.folder import load_records
@@ -24,6 +22,7 @@ from grasp_bench.runs.record import TrialRecord
 from grasp_bench.runs.statistics import mcnemar, wilson
 from grasp_bench.scenario.reading import with_value
 from grasp_bench.scenario.sections import Scenario
+from grasp_bench.system.yaml_text import read_yaml
 
 REFERENCE = "reference"
 """Folder of the run whose value is the scenario's own; shared by sweeps over other parameters."""
@@ -101,8 +100,8 @@ def read_values(text: str) -> list[Any]:
         ScenarioError: for what is not such a list, holds nothing, or a value twice.
     """
     try:
-        values = yaml.safe_load(f"[{text}]")
-    except yaml.YAMLError as error:
+        values = read_yaml(f"[{text}]")
+    except ValueError as error:
         raise ScenarioError(f"--values must be like 0,0.001,0.002, not {text!r}.") from error
     values = [
         float(v) if isinstance(v, str) and re.fullmatch(r"[+-]?\d+(\.\d*)?[eE][+-]?\d+", v) else v

@@ -7,6 +7,10 @@ import os
 import stat
 from pathlib import Path
 
+from grasp_bench.errors import GraspBenchError
+
+PICTURES = (".png", ".jpg", ".jpeg", ".webp")
+"""Endings of pictures that are written."""
 MOST_BYTES = 64 * 2**20
 """Largest file that is read as a whole."""
 
@@ -30,3 +34,15 @@ def read_text(path: Path, most: int = MOST_BYTES) -> str:
     if len(content) > most:
         raise ValueError(f"larger than {most:,} bytes")
     return content.decode("utf-8")
+
+
+def prepare_picture(path: Path) -> None:
+    """Look that a file is named like a picture, and make the folder that it goes to, if need be.
+
+    Raises:
+        GraspBenchError: for another ending.
+        OSError: the folder cannot be made.
+    """
+    if path.suffix.lower() not in PICTURES:
+        raise GraspBenchError(f"{path} is not named like a picture: end it in {', '.join(PICTURES)}.")
+    path.parent.mkdir(parents=True, exist_ok=True)

@@ -15,7 +15,9 @@ from typing import Any
 import pytest
 from conftest import Ended
 
+from grasp_bench.errors import GraspBenchError
 from grasp_bench.execution import runner, worker
+from grasp_bench.predictors.names import parse
 from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.system.machine import THREADS
@@ -373,3 +375,52 @@ def test_a_folder_that_is_not_there_is_not_an_unknown_object(cli: Callable[[str]
     ended = cli("run --objects ./my-objets")
     assert ended.code == 2
     assert "The folder ./my-objets of --objects does not exist" in ended.err
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["objects show banana --picture", "objects sheet", "data show syn --out", "data compare syn --out"],
+)
+def test_a_picture_is_named_like_one(cli: Callable[[str], Any], words: str) -> None:
+    ended = cli(f"{words} b.txt")
+    assert ended.code == 2
+    assert "b.txt is not named like a picture: end it in .png, .jpg, .jpeg, .webp." in ended.err
+    assert not Path("b.txt").exists()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "run --objects mug --trials 1 --predictor oracle --out new",
+        "rank oracle centroid --objects mug,banana --budget 2 --out new",
+        "sweep --parameter gripper.force --values 30 --objects mug --predictor oracle --out new",
+        "train --predictor gg-cnn --data nowhere --out new",
+    ],
+)
+def test_a_seed_that_no_record_holds_is_refused_before_anything_is_done(
+    cli: Callable[[str], Any], words: str
+) -> None:
+    ended = cli(f"{words} --seed {10**23}")
+    assert ended.code == 2
+    assert "9223372036854775807" in " ".join(ended.err.split())
+    assert "Traceback" not in ended.err
+    assert not Path("new").exists()
+
+
+@pytest.mark.usefixtures("in_process")
+def test_weights_of_ones_own_need_no_name(cli: Callable[[str], Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """They say themselves of which network they are; a network that is named must be that one."""
+    file = SHIPPED["gg-cnn"].weights
+    assert file is not None
+    asked: list[str] = []
+
+    def run(objects: object, trials: object, predictor: str, *_: object, **__: object) -> None:
+        asked.append(predictor)
+        raise GraspBenchError("enough")
+
+    monkeypatch.setattr("grasp_bench.api.run", run)
+    assert "enough" in cli(f"run --weights {file.path}").err
+    assert "enough" in cli(f"run --predictor gg-cnn --weights {file.path}").err
+    assert "enough" in cli("run").err
+    assert asked == [str(file.path), f"gg-cnn@{file.path}", "htc-grasp"]
+    assert parse(asked[0]).kind == "network"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import json
 import re
 import shutil
 from collections.abc import Iterator
@@ -54,6 +56,50 @@ def test_tables_and_help_show_units(words: str, units: list[str], monkeypatch: p
     monkeypatch.setenv("COLUMNS", "200")
     shown = " ".join(CliRunner().invoke(app, words.split()).output.split())
     assert [u for u in units if u not in shown] == []
+
+
+def commands(command: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
+    """The words of a command and of those below it."""
+    yield path
+    for name, below in getattr(command, "commands", {}).items():
+        yield from commands(below, (*path, name))
+
+
+@pytest.fixture
+def _80_columns(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("FORCE_COLOR", "GITHUB_ACTIONS", "PY_COLORS", "TERMINAL_WIDTH"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("NO_COLOR", "1")
+    monkeypatch.setenv("TERM", "dumb")
+
+
+@pytest.mark.usefixtures("_80_columns")
+def test_no_help_is_cut_in_a_narrow_terminal() -> None:
+    """Where space is short, Rich ends words with dots; names of options and defaults were lost by that."""
+    for path in commands(get_command(app)):
+        shown = CliRunner().invoke(app, [*path, "--help"]).output
+        cut = [w for w in shown.split() if re.fullmatch(r"\w[\w,./-]*…", w)]
+        assert cut == [], path
+
+
+@pytest.mark.usefixtures("_80_columns")
+def test_paragraphs_of_help_flow_to_the_terminals_width() -> None:
+    for path in commands(get_command(app)):
+        lines = CliRunner().invoke(app, [*path, "--help"]).output.splitlines()
+        told = [line.strip() for line in lines[: next(i for i, x in enumerate(lines) if x.startswith("╭"))]]
+        for line, below in itertools.pairwise(told):
+            assert not below or not line or len(line) + 1 + len(below.split()[0]) > 76, (path, line, below)
+
+
+@pytest.mark.usefixtures("_80_columns")
+@pytest.mark.parametrize("words", ["objects list", "grippers list", "arms list", "scenarios", "predictors"])
+def test_no_letter_of_a_list_is_lost_in_a_narrow_terminal(words: str) -> None:
+    shown = CliRunner().invoke(app, words.split()).output
+    told = json.loads(CliRunner().invoke(app, [*words.split(), "--json"]).output)
+    lines = {line.split()[0] for line in shown.splitlines() if line.split()}
+    assert [t["name"] for t in told if t["name"] not in lines] == []
+    assert "…" not in shown
 
 
 def test_commands_stand_in_panels(monkeypatch: pytest.MonkeyPatch) -> None:

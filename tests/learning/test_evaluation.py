@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import shutil
 from pathlib import Path
 from typing import Any, get_args
 
@@ -27,7 +28,7 @@ from grasp_bench.learning.evaluation.metric import judge, legacy_best, raster_io
 from grasp_bench.learning.evaluation.protocols import CONVENTIONS, best_grasp, make_case
 from grasp_bench.learning.training.config import TrainConfig
 from grasp_bench.networks.registry import NETWORKS
-from grasp_bench.networks.store import WeightsFile
+from grasp_bench.networks.store import WeightsFile, shipped_file
 from grasp_bench.report.accuracy import accuracy_table
 from grasp_bench.report.paper import TABLE_1, TABLE_2
 from grasp_bench.report.since import SINCE, since_table
@@ -356,6 +357,18 @@ def test_command(tmp_path: Path) -> None:
     assert "| test_evaluation:Bar" in table
     assert "6 of 54485 strict" in table
     assert json.loads(invoke(*common, "--format", "json").stdout)["images"] == 6
+
+
+def test_weights_of_ones_own_need_no_name(tmp_path: Path) -> None:
+    """They say themselves of which network they are."""
+    root = write_jacquard(tmp_path / "j", SMALL)
+    mine = tmp_path / "mine.safetensors"
+    shutil.copy(shipped_file("gg-cnn").path, mine)
+    result = invoke(
+        "evaluate", "--dataset", "jacquard", "--root", root, "--weights", mine, "--format", "json"
+    )
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)["predictor"] == "gg-cnn"
 
 
 @pytest.mark.parametrize(

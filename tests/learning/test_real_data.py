@@ -17,6 +17,7 @@ from grasp_bench.learning.data.folds import make_folds, parse_holdout
 from grasp_bench.learning.data.framing import Frame, framed
 from grasp_bench.learning.data.jacquard import Jacquard, corners_from_rows, row_from_grasp
 from grasp_bench.learning.data.opening import open_collection
+from grasp_bench.learning.data.pictures import sample_sheet
 from grasp_bench.learning.data.real import RealScenes, scene_from_sample
 from grasp_bench.learning.evaluation.evaluate import Question, evaluate
 from grasp_bench.learning.evaluation.fold_training import Training
@@ -147,8 +148,15 @@ def test_missing_files_are_named(tmp_path: Path) -> None:
 def test_folders_that_hold_nothing(tmp_path: Path) -> None:
     with pytest.raises(AssetError, match=r"no Cornell .* and no Jacquard"):
         open_collection(tmp_path)
-    with pytest.raises(AssetError, match="not a folder"):
+    with pytest.raises(AssetError, match=r"not a folder; give the root of a Cornell"):
         open_collection(tmp_path / "nowhere")
+    with pytest.raises(AssetError, match=r"no generated scenes \(index\.jsonl\), no Cornell .* no Jacquard"):
+        sample_sheet(tmp_path, 1, tmp_path / "x.png")
+    with pytest.raises(AssetError, match=r"no generated scenes .*`grasp-bench data synth`"):
+        gather([Source(tmp_path)], 224, kind="depth")
+    (tmp_path / "index.jsonl").touch()
+    with pytest.raises(AssetError, match=r"no Jacquard .* files but generated scenes; give the root"):
+        open_collection(tmp_path)
     with pytest.raises(AssetError, match="no Jacquard"):
         open_collection(write_cornell(tmp_path, GRASPS[:1]), "jacquard")
     with pytest.raises(UnknownNameError, match="stereo"):

@@ -180,6 +180,10 @@ def test_a_style_is_a_preset_or_a_file_of_what_differs(tmp_path: Path) -> None:
     assert (style.camera.tilt_deg, style.surroundings.bin, style.camera.height) == ((0, 10), 1, (0.4, 1.2))
 
 
+BOMB = [f"{c}: &{c} [{','.join(['*' + b] * 9)}]\n" for b, c in zip("abcdefgh", "bcdefghi", strict=True)]
+"""300 bytes that stand for 400 million values."""
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -188,6 +192,11 @@ def test_a_style_is_a_preset_or_a_file_of_what_differs(tmp_path: Path) -> None:
         ("depth: {presets: {kinect: 1}}", "depth.presets"),
         ("depth: {presets: {ideal: 0}}", "a share above 0"),
         ("camera: [", "cannot be read"),
+        ("camra: {tilt_deg: [0, 1]}", "Unknown key 'camra'. Did you mean camera?"),
+        ("camera: {tilt_dg: [0, 1]}", "Did you mean tilt_deg"),
+        ("camera: {}\ncamera: {}", "cannot be read"),
+        ("&a [*a]", "cannot be read"),
+        ("a: &a [x,x,x,x,x,x,x,x,x]\n" + "".join(BOMB), "cannot be read"),
     ],
 )
 def test_what_is_wrong_with_a_style_is_said(tmp_path: Path, text: str, words: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -48,6 +49,9 @@ def spoilt(
         ("gripper.yaml", "model: gripper.xml", "model: ../gripper.xml", "lies outside of"),
         ("gripper.yaml", "model: gripper.xml", "model: hand.xml", "is not in"),
         ("gripper.yaml", "title:", "title: [", "cannot be read as YAML"),
+        ("gripper.yaml", "title:", "title: twice\ntitle:", "cannot be read as YAML"),
+        ("gripper.yaml", "title:", "more: &a [*a]\ntitle:", "cannot be read as YAML"),
+        ("gripper.yaml", "title:", "born: 2024-13-45\ntitle:", "cannot be read as YAML"),
         ("gripper.xml", 'range="0 0.025"', 'range="0.01 0.025"', "cannot close: its pads stay 20.0 mm apart"),
         ("gripper.xml", 'axis="1 0 0"', 'axis="0 1 0"', "do not move apart along x"),
         (
@@ -121,6 +125,14 @@ def test_names_and_paths(tmp_path: Path) -> None:
     spoilt(tmp_path / "mine", "gripper", "gripper.yaml", "title:", "title:")
     assert load_gripper(str(tmp_path / "mine" / "gripper.yaml")).opening == 0.05
     assert folder_of("gripper", "parallel-85") == assets_dir() / "ec66"
+
+
+def test_a_pipe_in_the_place_of_a_file_holds_nobody(tmp_path: Path) -> None:
+    use = spoilt(tmp_path / "part", "gripper", "gripper.yaml", "title:", "title:")
+    (tmp_path / "part" / "gripper.yaml").unlink()
+    os.mkfifo(tmp_path / "part" / "gripper.yaml")
+    with pytest.raises(AssetError, match=r"gripper\.yaml"):
+        use()
 
 
 def test_sizes_are_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

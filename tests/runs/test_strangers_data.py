@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -14,6 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_up_runs import RUN, finish, record, write_run
 
+import grasp_bench
 from grasp_bench.api import default_folder
 from grasp_bench.errors import GraspBenchError, ScenarioError
 from grasp_bench.media.store import faults, find
@@ -395,3 +397,11 @@ def test_what_is_written_can_be_read(
     write_run(folder, trials=1, only=[], **run)
     assert load_run(folder).to_json() == RunInfo.read(run | {"trials": 1}).to_json()
     assert load_records(folder) == []
+
+
+def test_yaml_is_read_in_one_place() -> None:
+    """Wherever else it were read, aliases without end and keys that come twice would get in."""
+    package = Path(grasp_bench.__file__).parent
+    reading = re.compile(r"yaml\.\w*load\w*\(|\(yaml\.\w*Loader")
+    readers = [p for p in package.rglob("*.py") if reading.search(p.read_text(encoding="utf-8"))]
+    assert [p.relative_to(package).as_posix() for p in readers] == ["system/yaml_text.py"]

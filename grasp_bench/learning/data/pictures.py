@@ -14,6 +14,8 @@ from grasp_bench.learning.data.opening import open_collection
 from grasp_bench.learning.data.real import RealScenes
 from grasp_bench.learning.data.scenes import Scene, is_generated, load_scene, read_index, unpacked
 from grasp_bench.networks.encoding import encode_depth
+from grasp_bench.system.files import prepare_picture
+from grasp_bench.system.integrity import write_whole
 
 CROP = 224
 """Side of the network's input for which real images are framed [px]."""
@@ -31,13 +33,24 @@ def sample_sheet(folder: Path, count: int, out: Path) -> list[str]:
         entries = read_index(folder)
         scenes = [load_scene(folder / entries[i]["file"]) for i in spread(len(entries), count)]
     else:
-        collection = open_collection(folder)
+        collection = open_collection(folder, generated=True)
         scenes = list(RealScenes(collection, spread(len(collection.entries), count), CROP))
     if not scenes:
         raise AssetError(f"{folder} holds no scene yet; generate some with `grasp-bench data synth`.")
     sheet = two_a_row([_strip(scene, scene.name) for scene in scenes])
-    cv2.imwrite(str(out), sheet[..., ::-1])
+    write_picture(out, sheet)
     return [scene.name for scene in scenes]
+
+
+def write_picture(path: Path, rgb: NDArray[np.uint8]) -> None:
+    """Write an (H, W, 3) picture in the format of the file's ending, into a folder that is made if need be.
+
+    Raises:
+        GraspBenchError: the ending is that of no picture.
+        OSError: the file cannot be written.
+    """
+    prepare_picture(path)
+    write_whole(path, cv2.imencode(path.suffix.lower(), np.ascontiguousarray(rgb[..., ::-1]))[1].tobytes())
 
 
 def two_a_row(strips: list[NDArray[np.uint8]]) -> NDArray[np.uint8]:

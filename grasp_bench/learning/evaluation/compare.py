@@ -78,7 +78,7 @@ def images(folder: Path, count: int, trial: int | None = None) -> Iterator[Shown
             image = RgbdImage(rgb, depth, Intrinsics.from_fov(CROP, CROP, np.radians(60.0)))
             yield Shown(f"{folder.name} {scene.name}", image, "none")
         return
-    collection = open_collection(folder)
+    collection = open_collection(folder, generated=True)
     for i in spread(len(collection.entries), count):
         case = make_case(collection, i, CROP, "strict")
         yield Shown(f"{collection.name} {case.name}", as_image(case), "table")

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.grasps import Grasp
+from grasp_bench.learning.data.pictures import write_picture
 from grasp_bench.learning.evaluation.protocols import Case
 from grasp_bench.runs.evaluation import Record
 
@@ -35,7 +36,7 @@ def draw_failure(record: Record, case: Case, folder: Path) -> Path:
     cv2.putText(head, words, (6, 17), cv2.FONT_HERSHEY_SIMPLEX, 0.5, INK, 1, cv2.LINE_AA)
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"fold{record.fold}-{record.image.replace('/', '-')}.png"
-    cv2.imwrite(str(path), np.vstack([head, np.hstack(sides)])[..., ::-1])
+    write_picture(path, np.vstack([head, np.hstack(sides)]))
     return path
 
 

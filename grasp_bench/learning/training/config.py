@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field
 
 from grasp_bench.runs.evaluation import Split
+from grasp_bench.runs.limits import MOST_SEED
 
 FREE_TO_CHANGE = frozenset(
     {
@@ -106,7 +107,7 @@ class TrainConfig(BaseModel):
     )
     batch: int = Field(default=16, ge=1, description="Scenes a step.")
     lr: float = Field(default=1e-3, gt=0, description="Highest learning rate (warm-up, then cosine to 0).")
-    seed: int = Field(default=0, ge=0, description="Seed of weights, order and augmentation.")
+    seed: int = Field(default=0, ge=0, le=MOST_SEED, description="Seed of weights, order and augmentation.")
     warmup: int = Field(default=50, ge=0, description="Steps of linear warm-up.")
     cosine: Annotated[bool, Option("--constant-lr", off=True)] = Field(
         default=True, description="Keep the learning rate after the warm-up, as the paper does."

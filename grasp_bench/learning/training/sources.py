@@ -145,7 +145,7 @@ def gather(
             val.append(scenes.val)
             digest.update(scenes.fingerprint.encode())
         else:
-            collection = open_collection(source.folder)
+            collection = open_collection(source.folder, generated=True)
             collection.require(kind, "The network")
             chosen, tested = list(range(len(collection.entries))), []
             if holdout is not None:

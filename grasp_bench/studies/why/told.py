@@ -30,17 +30,17 @@ class Pages:
     """
 
     def __init__(self, folder: Path, page: Path | None = None) -> None:
-        self._page = page or folder / "report.html"
-        inside, root = folder.resolve(), self._page.parent.resolve()
+        self.page = page or folder / "report.html"
+        inside, root = folder.resolve(), self.page.parent.resolve()
         if not inside.is_relative_to(root):
             raise GraspBenchError(
-                f"{self._page} is no report of {folder}: it lies beside that folder, not in it or above it."
+                f"{self.page} is no report of {folder}: it lies beside that folder, not in it or above it."
             )
         self._run = folder.name if inside == root else inside.relative_to(root).as_posix()
 
     def of(self, trial: int) -> str:
         """Return the address of a trial's page."""
-        return f"{self._page}#{quote(self._run, safe=_AS_BROWSERS)}/{trial}"
+        return f"{self.page}#{quote(self._run, safe=_AS_BROWSERS)}/{trial}"
 
 
 _AS_BROWSERS = "!'()*~"

@@ -8,12 +8,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
-import yaml
 from pydantic import Field, ValidationError, model_validator
 
 from grasp_bench.errors import GraspBenchError, UnknownNameError
+from grasp_bench.scenario.faults import fault_lines
 from grasp_bench.scenario.fields import Fraction, NonNegative, Section
 from grasp_bench.scenario.sensors import Preset
+from grasp_bench.system.files import read_text
+from grasp_bench.system.yaml_text import read_yaml
 
 Range = tuple[float, float]
 
@@ -173,10 +175,10 @@ def read_style(name: str) -> Style | None:
             raise UnknownNameError("style", name, list(STYLES))
         return STYLES[name]
     try:
-        content = yaml.safe_load(Path(name).read_text(encoding="utf-8"))
-        return Style.model_validate(content or {})
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        content = read_yaml(read_text(Path(name)))
+    except (OSError, ValueError) as error:
         raise GraspBenchError(f"Style {name} cannot be read ({error}).") from error
+    try:
+        return Style.model_validate(content or {})
     except ValidationError as error:
-        told = [f"{name}: {'.'.join(map(str, e['loc']))}: {e['msg']}" for e in error.errors()]
-        raise GraspBenchError("\n".join(told)) from error
+        raise GraspBenchError("\n".join(fault_lines(error, name, Style))) from error

@@ -94,6 +94,21 @@ def _share(source: Source) -> str:
     return "" if source.weight is None else f":{source.weight!r}".removesuffix(".0")
 
 
+def finishing_command(command: str) -> str:
+    """Return the command that brings a training which the clock cut off to its end, on a GPU.
+
+    Args:
+        command: as :func:`training_command` gives it.
+    """
+    words = shlex.split(command)
+    for option in ("--max-minutes", "--threads", "--device"):
+        while option in words:
+            at = words.index(option)
+            del words[at : at + 2]
+    flat = [] if "--until-flat" in words else ["--until-flat"]
+    return shlex.join([*words, *flat, "--device", "cuda"])
+
+
 def model_card(facts: dict[str, Any]) -> str:
     """Return a Markdown page on weights, made of their metadata."""
     config, data = facts["config"], facts["data"]
@@ -130,7 +145,13 @@ def _took(facts: dict[str, Any]) -> str:
     if not seconds:
         return ""
     why = {"flat": ", until it got no better", "minutes": ", when it was cut off by the clock"}
-    return f" It took {seconds / 60:.0f} minutes{why.get(facts.get('ended', ''), '')}."
+    told = f" It took {seconds / 60:.0f} minutes{why.get(facts.get('ended', ''), '')}."
+    if facts.get("ended") == "minutes":
+        last = facts["commands"].splitlines()[-1]
+        told += (
+            f" To train it to its end on a GPU, give instead of the last line\n`{finishing_command(last)}`."
+        )
+    return told
 
 
 def _held(facts: dict[str, Any]) -> str:

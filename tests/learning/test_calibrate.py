@@ -17,7 +17,7 @@ from grasp_bench.cli.commands import app
 from grasp_bench.errors import AssetError
 from grasp_bench.grasps import Grasp
 from grasp_bench.learning.training import held_out
-from grasp_bench.learning.training.calibrate import WIDENINGS, calibrate
+from grasp_bench.learning.training.calibrate import WIDENINGS, _least, calibrate
 from grasp_bench.learning.training.held_out import HeldOut
 from grasp_bench.networks.calibration import KEY, Calibration, calibration_of
 from grasp_bench.networks.registry import build
@@ -63,7 +63,21 @@ def test_nothing_is_widened_where_that_helps_nobody(scenes: list[HeldOut]) -> No
         for w in WIDENINGS
     ]
     assert list(found.held) == held
-    assert found.calibration.widening == WIDENINGS[int(np.argmax(held))]
+    assert found.calibration.widening == 0, held
+
+
+def test_an_opening_that_loses_what_chance_might_is_wide_enough() -> None:
+    held = np.zeros((200, 3))
+    held[:150], held[150:154, 1], held[160:180, 1], held[160:182, 2] = 1, 1, 1, 1
+    assert held.sum(0).tolist() == [150, 174, 172]
+    assert _least(held) == 1
+    held[150:154, 1] = 0
+    assert held.sum(0).tolist() == [150, 170, 172]
+    held[190:193, 1] = held[193:198, 2] = 1
+    assert held.sum(0).tolist() == [150, 173, 177]
+    assert _least(held[:, 1:]) == 1, "7 gained and 3 lost are 4 ± 3.2"
+    held[198, 1] = 1
+    assert _least(held[:, 1:]) == 0, "7 gained and 4 lost are 3 ± 3.3"
 
 
 def test_quality_becomes_a_probability_and_keeps_its_order(scenes: list[HeldOut]) -> None:  # noqa: F811

@@ -4,9 +4,9 @@ A network that learns openings by their mean error opens too little as often as 
 first is punished: a finger comes down on the object. And a quality ranks grasps, but says nothing until it
 is held against what happens. Both are measured on held-out scenes that are neither trained on nor validated
 on (:mod:`grasp_bench.learning.training.held_out`): the best two grasps of each are carried out as
-predicted, at each of a few openings. The opening with which most *best* grasps hold counts, the least of
-equal ones; with it a logistic curve is fitted through all grasps (J. Platt, "Probabilistic outputs for
-support vector machines", 1999), which keeps their order.
+predicted, at each of a few openings. The least opening with which no fewer *best* grasps hold than with any
+other counts, but for chance; with it a logistic curve is fitted through all grasps (J. Platt, "Probabilistic
+outputs for support vector machines", 1999), which keeps their order.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from grasp_bench.learning.training.held_out import HeldOut, answered
 from grasp_bench.networks.calibration import Calibration
 from grasp_bench.networks.spec import Kind
 from grasp_bench.report.difficulty import logistic
+from grasp_bench.system.arrays import Floats
 
 FIRST = 10_000
 """First of the held-out scenes for this; those before it are validated on."""
@@ -80,10 +81,22 @@ def calibrate(network: nn.Module, kind: Kind, scenes: Iterable[HeldOut]) -> Cali
         grasps = answered(network, scene, kind, GRASPS)
         tried.append([(grasp.quality, _held(scene, grasp)) for grasp in grasps])
     best = np.array([rows[0][1] if rows else [False] * len(WIDENINGS) for rows in tried], bool)
-    held = best.reshape(-1, len(WIDENINGS)).sum(0)
-    chosen = int(held.argmax())
+    best = best.reshape(-1, len(WIDENINGS)).astype(float)
+    held, chosen = best.sum(0), _least(best)
     pairs = [(quality, outcomes[chosen]) for rows in tried for quality, outcomes in rows]
     return Calibrated(_fitted(WIDENINGS[chosen], pairs), tuple(map(int, held)), len(tried), len(pairs))
+
+
+def _least(held: Floats) -> int:
+    """Return the first column of (scenes, openings) that loses no more to the best than chance might.
+
+    The rule of one standard error (L. Breiman and others, Classification and Regression Trees, 1984), here of
+    the paired differences: the largest of several noisy counts says too much for wide openings, which
+    collide where others stand near.
+    """
+    lost = held[:, [held.sum(0).argmax()]] - held
+    error = np.sqrt(((lost - lost.mean(0)) ** 2).sum(0))
+    return int((lost.sum(0) <= error).argmax())
 
 
 def _held(scene: HeldOut, grasp: Grasp) -> list[bool]:

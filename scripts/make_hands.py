@@ -24,7 +24,7 @@ from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.scenario.robots import with_gripper
 from grasp_bench.workshop.fitting import prepare
 
-PREDICTORS = "oracle,displaced,centroid,antipodal,random"
+PREDICTORS = "oracle,htc-grasp,antipodal,centroid,random,displaced"
 
 
 def main() -> None:

@@ -1,7 +1,7 @@
 """Seconds until a run's first trial is recorded: ``python benchmarks/start_up.py TREE [TREE …]``.
 
-Each tree is a checkout whose package is run, in turn, so that ratios hold on a busy machine, too. The model
-cache should be filled.
+Each tree is a checkout whose package is run, in turn and once before, so that ratios hold on a busy machine,
+too. Unset ``PYTHONDONTWRITEBYTECODE``, or every process compiles the package's source.
 """
 
 from __future__ import annotations
@@ -43,6 +43,8 @@ def main() -> None:
     args = parser.parse_args()
     trees = [t.resolve() for t in args.trees]
     taken: dict[Path, list[float]] = {t: [] for t in trees}
+    for tree in trees:  # byte code and compiled models
+        first_trial(tree, args.predictor, args.workers)
     for _ in range(args.repeats):
         for tree in trees:
             taken[tree].append(first_trial(tree, args.predictor, args.workers))

@@ -2,7 +2,7 @@
 
 Every grasp of some scenes is tried briefly, as ``data synth`` does, and to its end: processor time of both,
 and how often they agree. Where they do not, it is tried to its end again at half the time step. With
-``--before``, ``data synth`` of that checkout and of this one run in turn, one worker each, start-up included.
+``--before``, ``data synth`` of that checkout and of this one run in turn, start-up included.
 """
 
 from __future__ import annotations
@@ -80,13 +80,13 @@ def tries(seed: int, scenes: int) -> None:
     print(f"a scene besides tries: {1000 * (total - Both.spent.sum()) / scenes:.0f} ms (nothing written)")
 
 
-def synth(checkout: Path, seed: int, scenes: int) -> tuple[float, float]:
+def synth(checkout: Path, seed: int, scenes: int, workers: int) -> tuple[float, float]:
     """Run ``data synth`` of a checkout; return wall and processor time a scene [s]."""
     with tempfile.TemporaryDirectory() as folder:
         command = ["data", "synth", "--out", f"{folder}/made", "--scenes", str(scenes), "--seed", str(seed)]
         before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
         subprocess.run(
-            [sys.executable, "-c", SYNTH, *command, "--workers", "1"],
+            [sys.executable, "-c", SYNTH, *command, "--workers", str(workers)],
             env=os.environ | {"PYTHONPATH": str(checkout)},
             cwd=folder,
             check=True,
@@ -103,23 +103,24 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--before", type=Path, help="checkout of an older state to compare with")
     parser.add_argument("--rounds", type=int, default=3, help="runs of each checkout, in turn")
+    parser.add_argument("--workers", type=int, default=1, help="of data synth")
     args = parser.parse_args()
     tries(args.seed, args.scenes)
-    if not args.before:
-        return
+    trees = {"after": HERE} if args.before is None else {"before": args.before.resolve(), "after": HERE}
     figures = np.array(
         [
-            [synth(checkout, args.seed, args.scenes) for checkout in (args.before.resolve(), HERE)]
+            [synth(tree, args.seed, args.scenes, args.workers) for tree in trees.values()]
             for _ in range(args.rounds)
         ]
     )
     wall, spent = np.median(figures, axis=0).T
-    for name, seconds, processor in zip(("before", "after"), wall, spent, strict=True):
+    for name, seconds, processor in zip(trees, wall, spent, strict=True):
         print(
-            f"{name:<7}{3600 / seconds:>8.0f} scenes an hour with one worker, "
+            f"{name:<7}{3600 / seconds:>8.0f} scenes an hour, --workers {args.workers}, "
             f"{1000 * processor:.0f} ms of processor time a scene"
         )
-    print(f"ratio of processor time {spent[0] / spent[1]:.2f}, of wall time {wall[0] / wall[1]:.2f}")
+    if args.before is not None:
+        print(f"ratio of processor time {spent[0] / spent[1]:.2f}, of wall time {wall[0] / wall[1]:.2f}")
 
 
 if __name__ == "__main__":

@@ -20,9 +20,6 @@ from grasp_bench.media.modes import check_mode
 from grasp_bench.objects.catalog import Catalog, ObjectModel, folder_of
 from grasp_bench.objects.difficulty import check_graded
 from grasp_bench.objects.fitted import graspable, is_reference
-from grasp_bench.planning.planner import Planner
-from grasp_bench.planning.reach import check_reach
-from grasp_bench.planning.viewing import view_motions
 from grasp_bench.predictors.guard import Guard
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.report.run import Run
@@ -32,7 +29,7 @@ from grasp_bench.runs.info import RUN
 from grasp_bench.runs.jobs import WHOLE, Settings, Shard, spread
 from grasp_bench.runs.limits import MOST_TRIALS, check_seed
 from grasp_bench.runs.record import TrialRecord
-from grasp_bench.scenario.reading import load_scenario
+from grasp_bench.scenario.reading import known_within_reach, load_scenario
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.system import cache
 from grasp_bench.system.graphics import prepare, resolve_renderer
@@ -130,17 +127,7 @@ def run(
 
         import_rerun()
     chosen = scenario if isinstance(scenario, Scenario) else load_scenario(os.fspath(scenario))
-    gripper = chosen.robot.loaded.gripper
-    asked = list(chosen.objects.names) or "all" if objects is None else objects
-    catalog, names = select_objects(asked, gripper, chosen.objects.folder)
-    if chosen.objects.graded:
-        check_graded(chosen, catalog, names)
-    check_reach(chosen)
-    if chosen.camera.mount == "wrist":
-        view_motions(Planner(chosen))
-    names, left_out = graspable(catalog, names, gripper)
-    if not names:
-        raise GraspBenchError(f"Gripper {gripper.name} can grasp none of {', '.join(left_out[:8])}.")
+    catalog, names, left_out = objects_for(chosen, objects)
     if chosen.clutter is not None and names != (list(chosen.objects.names) or catalog.names):
         # episodes draw from these
         reasons = {n: chosen.objects.names.get(n, "") for n in names}
@@ -210,6 +197,38 @@ def load_object(name: str, folder: PathLike | None = None) -> ObjectModel:
         AssetError: for files that are missing or changed.
     """
     return Catalog(None if folder is None else Path(folder)).load(name)
+
+
+def objects_for(
+    scenario: Scenario, objects: PathLike | Sequence[str] | None = None
+) -> tuple[Catalog, list[str], list[str]]:
+    """Return the catalogue, the names that trials are made of, and those left out, which no grasp fits.
+
+    Args:
+        scenario: whose set of objects it is, and whose gripper and arm must manage them.
+        objects: as for :func:`run`.
+
+    Raises:
+        GraspBenchError: where none is left, or the scenario asks of objects or arm what they cannot do.
+    """
+    gripper = scenario.robot.loaded.gripper
+    asked = list(scenario.objects.names) or "all" if objects is None else objects
+    catalog, names = select_objects(asked, gripper, scenario.objects.folder)
+    if scenario.objects.graded:
+        check_graded(scenario, catalog, names)
+    if not known_within_reach(scenario):
+        from grasp_bench.planning.reach import check_reach
+
+        check_reach(scenario)
+    if scenario.camera.mount == "wrist":
+        from grasp_bench.planning.planner import Planner
+        from grasp_bench.planning.viewing import view_motions
+
+        view_motions(Planner(scenario))
+    names, left_out = graspable(catalog, names, gripper)
+    if not names:
+        raise GraspBenchError(f"Gripper {gripper.name} can grasp none of {', '.join(left_out[:8])}.")
+    return catalog, names, left_out
 
 
 def select_objects(

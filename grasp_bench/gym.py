@@ -70,8 +70,8 @@ class GraspEnv(gymnasium.Env[Observation, Action]):
         without_gl()
         from grasp_bench.trials.workcell import Workcell
 
-        self._catalog, self._names = select_objects(objects)
         chosen = scenario if isinstance(scenario, Scenario) else load_scenario(str(scenario))
+        self._catalog, self._names = select_objects(objects, home=chosen.objects.folder)
         camera = chosen.camera
         edge = min(camera.width, camera.height)
         if not 0 < size <= edge:

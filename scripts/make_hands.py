@@ -2,7 +2,8 @@
 
 ``python scripts/make_hands.py --out results/hands`` prepares the grippers, runs what is not done yet (a
 second call goes on), and prints the table as Markdown. Every predictor tries the objects that all of the
-grippers can grasp, so that the trials are the same.
+grippers can grasp, at the same places; how a thing lies is drawn among the poses that the gripper can grasp.
+``--objects`` takes some of them.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import os
 from pathlib import Path
 
 import grasp_bench as gb
-from grasp_bench.objects.catalog import Catalog
+from grasp_bench.api import select_objects
 from grasp_bench.objects.fitted import graspable, is_reference
 from grasp_bench.report.hands import Hands
 from grasp_bench.report.tables import markdown
@@ -31,18 +32,18 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--grippers", default=",".join(shipped("gripper")), help="names or folders")
     parser.add_argument("--predictors", default=PREDICTORS)
+    parser.add_argument("--objects", default="all", help="all, or names or categories, comma-separated")
     parser.add_argument("--trials", type=int, default=None, help="of each run; each object once by default")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--out", type=Path, required=True)
     asked = parser.parse_args()
     grippers, predictors = asked.grippers.split(","), asked.predictors.split(",")
-    catalog = Catalog()
-    names = catalog.names
+    catalog, names = select_objects(asked.objects)
     for name in grippers:
         gripper = load_gripper(name)
         if not is_reference(gripper):
-            for _ in prepare(gripper, catalog.folder, catalog.names, asked.workers):
+            for _ in prepare(gripper, catalog.folder, names, asked.workers):
                 pass
         names, _ = graspable(catalog, names, gripper)
     table4 = load_scenario("table4")

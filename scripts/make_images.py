@@ -1,9 +1,14 @@
-"""Makes the pictures of README and docs: ``python scripts/make_images.py [arm trial objects gallery]``."""
+"""Makes the pictures of README and docs.
+
+``python scripts/make_images.py [arm trial objects grid gallery figures]``
+"""
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from grasp_bench.system.graphics import with_gl
 
@@ -14,8 +19,10 @@ import mujoco  # noqa: E402
 import numpy as np  # noqa: E402
 from PIL import Image, ImageDraw  # noqa: E402
 
+from grasp_bench.learning.evaluation.compare import compare, images  # noqa: E402
 from grasp_bench.objects.catalog import Catalog  # noqa: E402
 from grasp_bench.predictors import load_predictor  # noqa: E402
+from grasp_bench.predictors.shipped import SHIPPED  # noqa: E402
 from grasp_bench.scenario.reading import load_scenario  # noqa: E402
 from grasp_bench.scene.builder import compile_scene  # noqa: E402
 from grasp_bench.scene.world import World  # noqa: E402
@@ -25,7 +32,10 @@ from grasp_bench.workshop.gallery import gallery_sheet  # noqa: E402
 from grasp_bench.workshop.model import FAMILIES  # noqa: E402
 from grasp_bench.workshop.pictures import contact_sheet  # noqa: E402
 
-IMAGES = Path(__file__).parents[1] / "docs" / "images"
+ROOT = Path(__file__).parents[1]
+IMAGES = ROOT / "docs" / "images"
+FIGURE_TRIALS = (12, 37, 100, 151)
+"""Trials of the reference run of ``htc-grasp`` whose pictures ``figures`` shows."""
 
 
 class Photographer:
@@ -135,8 +145,34 @@ def gallery() -> None:
         sheet.save(IMAGES / f"gallery-{family}.webp", quality=82, method=6)
 
 
+def figures() -> None:
+    """The paper's Figures 4 to 6: maps and best grasps of three networks on a dozen images.
+
+    Four recorded trials, three generated scenes of either style, and two attempts of an episode of clutter;
+    no real image, as those may not be passed on.
+    """
+    last = "tf-grasp" if SHIPPED["tf-grasp"].available else "tf-grasp-release"
+    used = {name: load_predictor(name) for name in ("htc-grasp", "gr-convnet", last)}
+    command = [sys.executable, "-m", "grasp_bench.cli"]
+    with TemporaryDirectory() as folder:
+        home = Path(folder)
+        shown = {
+            "trials": [s for n in FIGURE_TRIALS for s in images(ROOT / "results/reference/htc-grasp", 1, n)]
+        }
+        for style in ("plain", "camera-like"):
+            synth = ["data", "synth", "--scenes", "3", "--seed", "77", "--tries", "1", "--style", style]
+            subprocess.run([*command, *synth, "--out", home / style], check=True)
+            shown[style] = list(images(home / style, 3))
+        run = ["run", "--scenario", "clutter", "--trials", "1", "--quiet", "--workers", "1"]
+        subprocess.run([*command, *run, "--out", home / "clutter"], check=True)
+        shown["clutter"] = list(images(home / "clutter", 1, 0))[:4:2]
+        for kind, of_kind in shown.items():
+            sheet = Image.fromarray(compare(of_kind, used))
+            sheet.save(IMAGES / f"figure-{kind}.webp", quality=75, method=6)
+
+
 if __name__ == "__main__":
     IMAGES.mkdir(exist_ok=True)
-    makers = {"arm": arm, "trial": trial, "objects": objects, "grid": grid, "gallery": gallery}
+    makers = {m.__name__: m for m in (arm, trial, objects, grid, gallery, figures)}
     for name in sys.argv[1:] or makers:
         makers[name]()

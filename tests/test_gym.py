@@ -79,6 +79,13 @@ def test_actions_and_grasps_are_each_others_inverse(env: GraspEnv, angle: float)
     assert env.action_space.contains(env.action(gb.Grasp(-500, 900, 0, 1e4)))
 
 
+def test_a_scenarios_own_set_of_objects_is_meant(toy_catalog: Path, scenario: gb.Scenario) -> None:
+    own = scenario.model_copy(
+        update={"objects": scenario.objects.model_copy(update={"folder": str(toy_catalog)})}
+    )
+    assert GraspEnv(["block"], own, size=160).reset(seed=0)[1]["object"] == "block"
+
+
 def test_wrong_settings_are_refused(toy_catalog: Path, scenario: gb.Scenario) -> None:
     with pytest.raises(GraspBenchError, match="between 1 and 240"):
         GraspEnv(toy_catalog, scenario, size=241)

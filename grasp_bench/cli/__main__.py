@@ -1,5 +1,5 @@
 """``python -m grasp_bench.cli`` is ``grasp-bench``."""
 
-from grasp_bench.cli.app import main
+from grasp_bench.cli.start import main
 
 main()

@@ -85,6 +85,7 @@ def check(
     """
     from grasp_bench.planning.reach import check_reach
     from grasp_bench.robot.arm import load_arm
+    from grasp_bench.robot.facts import name_beside
     from grasp_bench.scenario.reading import load_scenario
     from grasp_bench.scenario.sections import Robot
 
@@ -92,7 +93,9 @@ def check(
     chosen = load_scenario(scenario)
     check_reach(chosen.model_copy(update={"robot": Robot(arm=path, gripper=gripper)}))
     show(path)
-    typer.echo(f"It reaches the workspace of {scenario} with {gripper}: robot: {{arm: {path}}}.")
+    typer.echo(
+        f"It reaches the workspace of {scenario} with {gripper}: robot: {{arm: {name_beside('arm', path)}}}."
+    )
 
 
 @arms_app.command("import")

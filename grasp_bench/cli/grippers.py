@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from dataclasses import asdict
 from pathlib import Path
@@ -114,6 +115,7 @@ def check(
     Exits with 2 and one line where something is wrong. docs/robots.md says how such a folder is made.
     """
     from grasp_bench.robot.cup import SuctionCup
+    from grasp_bench.robot.facts import name_beside
     from grasp_bench.robot.gripper_trial import try_out
     from grasp_bench.robot.grippers import load_gripper
 
@@ -125,9 +127,9 @@ def check(
     else:
         wide, narrow = 1000 * moved.opened, 1000 * moved.closed
         done = f"The actuator opens it to {wide:.1f} mm, closes it to {narrow:.1f} mm."
-    typer.echo(
-        f"{done} It can be used: robot: {{gripper: {path}}}, after `grasp-bench grippers prepare {path}`."
-    )
+    typer.echo(f"{done} It can be used, after `grasp-bench grippers prepare {path}`, by a scenario such as")
+    named = name_beside("gripper", path)
+    typer.echo(f"\nextends: table4\nname: my-scenario\nrobot: {{gripper: {named}}}{_within(path)}")
 
 
 @grippers_app.command("import")
@@ -171,6 +173,18 @@ def import_command(
     )
     import_gripper(model, out, asked)
     check(str(out))
+
+
+def _within(path: str) -> str:
+    """Return the line of a scenario that brings `table4`'s use of a gripper within this one's limits."""
+    from grasp_bench.scenario.reading import load_scenario
+    from grasp_bench.scenario.robots import with_gripper
+
+    table4 = load_scenario("table4")
+    before, after = (s.gripper.model_dump(mode="json") for s in (table4, with_gripper(table4, path)))
+    inwards = {k: math.floor if after[k] < before[k] else math.ceil for k in after if after[k] != before[k]}
+    changed = ", ".join(f"{k}: {round_(1e4 * after[k]) / 1e4:g}" for k, round_ in inwards.items())
+    return f"\ngripper: {{{changed}}}" if changed else ""
 
 
 def _two(option: str, text: str) -> tuple[str, str]:

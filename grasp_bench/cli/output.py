@@ -1,4 +1,4 @@
-"""Output of tables: to the terminal, or into a file."""
+"""Output of tables, to the terminal or into a file, and what several commands say."""
 
 from __future__ import annotations
 
@@ -39,3 +39,9 @@ def put(tables: Sequence[TextTable], data: dict[str, Any], fmt: str, out: Path |
         out.write_text(text, encoding="utf-8")
     except OSError as error:
         raise GraspBenchError(f"{out} cannot be written ({error.strerror}).") from error
+
+
+def left_out(names: Sequence[str]) -> str:
+    """Return what is said of objects that no grasp fits, as Rich's markup."""
+    why = f"[yellow]Left out, as the gripper cannot grasp them in any resting pose ({len(names)}):[/yellow]"
+    return f"{why} {', '.join(names)}."

@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from grasp_bench.cli.output import left_out
+
 
 def rank_command(
     predictors: Annotated[
@@ -75,12 +77,14 @@ def rank_command(
         raise GraspBenchError(f"--alpha must be between 0 and 0.5, e.g. 0.05, not {alpha:g}.")
     prepare("raycast")
     read = load_scenario(scenario)
-    catalog, chosen = api.select_objects(objects or list(read.objects.names) or "all")
+    catalog, chosen, without = api.objects_for(read, objects)
     names = [n for n, e in SHIPPED.items() if e.available] if predictors == ["all"] else predictors
     counted = score_for(read, score, catalog, chosen)
     contest = Contest(tuple(names), read, catalog, tuple(chosen), counted, budget, alpha, seed)
     folder = out or Path("rankings") / f"{read.name}-seed{seed}"
     console = Console(quiet=as_json)
+    if without:
+        console.print(left_out(without), soft_wrap=True)
     with counting(Console(stderr=True, quiet=as_json)) as bar:
         tasks = {}
 

@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 
 from grasp_bench.cli import completion
+from grasp_bench.cli.output import left_out
 from grasp_bench.runs.limits import MOST_TRIALS, ErrorLimit
 from grasp_bench.system.interrupts import told_apart
 from grasp_bench.system.machine import usable_cores
@@ -178,11 +179,7 @@ def run_command(
         told_of = f"Resumed {folder}: {summary.resumed} trials were done, {summary.added} added."
         console.print(told_of, markup=False)
     if done.left_out:
-        console.print(
-            f"[yellow]Left out, as the gripper cannot grasp them in any resting pose "
-            f"({len(done.left_out)}):[/yellow] {', '.join(done.left_out)}.",
-            soft_wrap=True,
-        )
+        console.print(left_out(done.left_out), soft_wrap=True)
     if as_json:
         typer.echo(json.dumps(told.to_json()))
     said = f" lifted {told.lifted}" if told.clutter is None else f": {in_words(told.clutter)}"

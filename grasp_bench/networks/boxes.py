@@ -13,8 +13,6 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor
 
-from grasp_bench.networks.rows import cut_out
-
 LARGEST_LOG = math.log(1000 / 16)
 """Sides are not multiplied by more than e to this."""
 
@@ -75,13 +73,26 @@ def suppressed(boxes: Tensor, scores: Tensor, overlap: float, most: int) -> Tens
 def aligned(features: Tensor, boxes: Tensor, stride: float, size: int = 7) -> Tensor:
     """Return features of regions (B, K, C, size, size): means of 2×2 samples, bilinear, in each of its cells.
 
+    Outside of the features there are zeros, as in ``grid_sample``. Regions lie along the axes, so that a
+    sample's weights are a product of those of its row and its column; one multiplication of matrices then
+    gives all regions, channels last. No gradient goes to the boxes.
+
     Args:
         features: (B, C, H, W), a pixel of it ``stride`` of the input.
         boxes: (B, K, 4).
     """
-    boxes = boxes / stride
-    side, middle = boxes[..., 2:] - boxes[..., :2], (boxes[..., 2:] + boxes[..., :2]) / 2
-    rows = torch.cat([middle, torch.zeros_like(side[..., :1]), side], dim=-1)
-    found = cut_out(features, rows, 2 * size)
-    b, k, c = found.shape[:3]
-    return torch.nn.functional.avg_pool2d(found.flatten(0, 1), 2).view(b, k, c, size, size)
+    b, c, h, w = features.shape
+    boxes = boxes.detach() / stride
+    steps = (torch.arange(2 * size, device=boxes.device) + 0.5) / (2 * size)
+
+    def weights(low: Tensor, high: Tensor, cells: int) -> Tensor:
+        place = low[..., None] + (high - low)[..., None] * steps
+        middles = torch.arange(cells, device=boxes.device) + 0.5
+        near = (1 - (place[..., None] - middles).abs()).clamp(min=0)
+        return near.unflatten(2, (size, 2)).mean(3)  # (B, K, size, cells)
+
+    rows = weights(boxes[..., 1], boxes[..., 3], h)
+    columns = weights(boxes[..., 0], boxes[..., 2], w)
+    both = (rows[:, :, :, None, :, None] * columns[:, :, None, :, None, :]).view(b, -1, h * w)
+    found = both.to(features.dtype) @ features.flatten(2).transpose(1, 2)
+    return found.view(b, -1, size, size, c).permute(0, 1, 4, 2, 3)

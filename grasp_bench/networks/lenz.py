@@ -28,7 +28,7 @@ from grasp_bench.networks.tries import examples
 UNITS = (50, 200)
 TOP = 100
 EACH = 16
-CHUNK = 2048
+CHUNK = 512
 """Rectangles judged at a time."""
 SPARSITY, EPSILON, SHRINKAGE, STRUCTURE = 3.0, 1e-5, 3e-4, 0.01
 SMALL = 1e-7

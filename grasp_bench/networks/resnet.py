@@ -56,7 +56,10 @@ class Block(nn.Module):
 
     def forward(self, x: Tensor) -> Tensor:
         """Map (B, inputs, H, W) to (B, outputs, H / stride, W / stride), rounded up."""
-        return functional.leaky_relu(self.shortcut(x) + self.body(x), self.slope, inplace=True)
+        y = self.shortcut(x) + self.body(x)
+        if self.slope:
+            return functional.leaky_relu(y, self.slope, inplace=True)
+        return functional.relu(y, inplace=True)
 
 
 def stage(inputs: int, width: int, blocks: int, stride: int, **how) -> nn.Sequential:

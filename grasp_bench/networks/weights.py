@@ -39,8 +39,14 @@ def save(network: nn.Module, path: Path, metadata: dict[str, Any]) -> None:
     for bits in (8, 4):
         if sum(t.nbytes for t in stored.values()) > LARGEST:
             stored = packed(tensors, bits)
-    header = {FACTS: json.dumps(metadata, sort_keys=True, ensure_ascii=False)}
-    write_whole(path, to_bytes(stored, header))
+    write_whole(path, to_bytes(stored, _header(metadata)))
+
+
+def with_facts(file: WeightsFile, metadata: dict[str, Any]) -> None:
+    """Write a file of weights anew with other metadata; its tensors stay as they are, packed or not."""
+    with file.opened("pt") as (stored, _):
+        tensors = {key: stored.get_tensor(key) for key in stored.keys()}  # noqa: SIM118
+    write_whole(file.path, to_bytes(tensors, _header(metadata)))
 
 
 def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]]:
@@ -87,6 +93,10 @@ def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]
             raise AssetError(f"{path}: {key} has values that are not finite; fetch or train the file again.")
     network.load_state_dict({k: v.to(wanted[k].dtype) for k, v in tensors.items()})
     return network.eval(), metadata
+
+
+def _header(metadata: dict[str, Any]) -> dict[str, str]:
+    return {FACTS: json.dumps(metadata, sort_keys=True, ensure_ascii=False)}
 
 
 def _kind(tensor: torch.Tensor) -> str:

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import grey_closing, maximum_filter
 
 from grasp_bench.grasps import GraspPose, KnownGrasp, wrap_angle
 from grasp_bench.planning import suction
@@ -26,6 +25,8 @@ NEAR = 3
 
 def analysed(scene: SeenScene, shows: NDArray[np.bool_], gripper: Gripper, count: int) -> list[KnownGrasp]:
     """Return up to ``count`` grasps of what the pixels ``shows`` (H, W) show, best first."""
+    from scipy.ndimage import maximum_filter
+
     rows, columns = np.nonzero(shows & np.isfinite(scene.heights))
     if not len(rows):
         return []
@@ -52,6 +53,8 @@ def _field(
     scene: SeenScene, low: Floats, high: Floats, points: Floats
 ) -> tuple[HeightField, NDArray[np.bool_]]:
     """Return the heights seen from one corner (2,) on, and the cells (N, N) in which points (M, 2) lie."""
+    from scipy.ndimage import grey_closing
+
     size = math.ceil(float((high - low).max()) / CELL)
     heights, there = np.zeros((size, size), np.float32), np.zeros((size, size), bool)
     rows, columns = np.nonzero(np.isfinite(scene.heights))

@@ -15,7 +15,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_closing, binary_dilation, maximum_filter
 
 from grasp_bench.robot.gripper import Gripper
 from grasp_bench.robot.parallel_85 import PARALLEL_85
@@ -123,6 +122,8 @@ def analyse(
     field: HeightField, yaws: NDArray[np.float64] = YAWS, chunk: int = 2000, gripper: Gripper = PARALLEL_85
 ) -> GraspField:
     """Find the best grasp of ``gripper`` on every cell of ``field`` over all ``yaws``."""
+    from scipy.ndimage import binary_closing, binary_dilation
+
     samples = samples_of(gripper)
     h = field.heights
     solid = h > TABLE_NOISE
@@ -289,6 +290,8 @@ def _first(mask: NDArray[np.bool_], axis: int) -> NDArray[np.uint8]:
 
 def maxima(field: GraspField, count: int, threshold: float = 0.1, distance: int = 4) -> list[tuple[int, int]]:
     """Return the cells (row, column) of the best local maxima of quality, best first."""
+    from scipy.ndimage import maximum_filter
+
     q = field.quality
     rows, columns = np.nonzero((q == maximum_filter(q, size=2 * distance + 1)) & (q >= threshold))
     order = np.argsort(-q[rows, columns], kind="stable")[:count]

@@ -8,7 +8,8 @@ import numpy as np
 
 from grasp_bench.errors import ScenarioError
 from grasp_bench.grasps import GraspPose
-from grasp_bench.planning.planner import straight
+from grasp_bench.planning.planner import Planner, straight
+from grasp_bench.planning.viewing import view_motions
 from grasp_bench.robot.kinematics import InverseKinematics
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.system.arrays import Floats
@@ -35,7 +36,7 @@ def reaches(ik: InverseKinematics, scenario: Scenario, place: Floats, yaw: float
 
 
 def check_reach(scenario: Scenario) -> None:
-    """Refuse a scenario whose workspace its arm does not reach.
+    """Refuse a scenario whose workspace its arm does not reach, or views of a wrist camera.
 
     Asked are the workspace's corners and its middle, at :data:`HEIGHTS` and :data:`YAWS`.
 
@@ -50,6 +51,8 @@ def check_reach(scenario: Scenario) -> None:
     asked = [(np.array([*c, z]), yaw) for c in corners for z in HEIGHTS for yaw in YAWS]
     out = [(place, yaw) for place, yaw in asked if not reaches(ik, scenario, place, yaw)]
     if not out:
+        if scenario.camera.mount == "wrist":
+            view_motions(Planner(scenario))
         return
     place, yaw = out[0]
     x = [float(d) for d in SURVEY if reaches(ik, scenario, np.array([d, centre[1], HEIGHTS[0]]), 0.0)]

@@ -10,7 +10,6 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import map_coordinates
 
 from grasp_bench.grasps import Grasp, GraspPose
 from grasp_bench.planning.depth import SIDE_CLEARANCE
@@ -67,6 +66,8 @@ def cup_pose(scene: SeenScene, grasp: Grasp, motion: Motion, cup: SuctionCup) ->
 def analyse(field: HeightField, cup: SuctionCup) -> GraspField:
     """Find on every cell of ``field`` whether the cup seals there, and how well: near the centre of mass, on
     a flat and level surface."""
+    from scipy.ndimage import map_coordinates
+
     h = field.heights
     seal = cup.seal
     rows, columns = np.nonzero(h > TABLE_NOISE)

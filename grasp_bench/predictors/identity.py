@@ -6,7 +6,6 @@ import json
 from typing import Any
 
 from grasp_bench.errors import PredictorError
-from grasp_bench.predictors.command import START_SECONDS
 from grasp_bench.predictors.guard import Guard
 from grasp_bench.predictors.names import PythonPath, parse
 from grasp_bench.predictors.protocol import Predictor
@@ -48,6 +47,8 @@ def identify(name: str, predictor: Predictor | None = None) -> dict[str, Any] | 
     if not isinstance(parse(name), PythonPath):  # our own code asks the server
         with in_use(name) as used:
             return describe(name, used)
+    from grasp_bench.predictors.command import START_SECONDS
+
     try:
         for facts in answers(_describe_there, name, seconds=START_SECONDS):
             return facts

@@ -11,9 +11,7 @@ from typing import Any, ClassVar
 from grasp_bench.errors import AssetError, PredictorError, UnknownNameError
 from grasp_bench.networks.registry import NETWORKS
 from grasp_bench.networks.store import WeightsFile
-from grasp_bench.predictors.command import CommandPredictor
 from grasp_bench.predictors.protocol import Predictor
-from grasp_bench.predictors.remote import RemotePredictor
 from grasp_bench.predictors.shipped import SHIPPED, Shipped
 from grasp_bench.predictors.sources import distribution, make, module_of, sources
 from grasp_bench.system.integrity import sha256
@@ -93,6 +91,8 @@ class Server:
 
     def load(self) -> Predictor:
         """Make the server's client; PredictorError for an address that is not valid."""
+        from grasp_bench.predictors.remote import RemotePredictor  # its HTTP library brings Rich
+
         return RemotePredictor(self.name)
 
     def facts(self, predictor: object) -> dict[str, Any]:
@@ -116,6 +116,8 @@ class Command:
 
     def load(self) -> Predictor:
         """Start the server; PredictorError where that fails."""
+        from grasp_bench.predictors.command import CommandPredictor
+
         return CommandPredictor(self.command)
 
     def facts(self, predictor: object) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from grasp_bench.camera import RgbdImage
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.grasps import Grasp, GraspMaps
+from grasp_bench.networks.calibration import calibration_of
 from grasp_bench.networks.encoding import grasps_from_output, maps_from_output, to_input
 from grasp_bench.networks.registry import info, input_kind
 from grasp_bench.networks.spec import Kind
@@ -48,6 +49,7 @@ class NetworkPredictor:
         last_maps: maps of the last image at ``crop_origin``, not smoothed; None after a tilted camera's, and
             of a detector.
         metadata: facts stored with the weights.
+        calibration: stored with the weights: how much wider to open, how likely grasps of a quality hold.
         kind, crop: kind and side [px] of the network's input.
     """
 
@@ -71,6 +73,7 @@ class NetworkPredictor:
         self._device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         network, self.metadata = load(name, weights)
         self.kind: Kind = input_kind(name, stored_input(self.metadata))
+        self.calibration = calibration_of(self.metadata, str(weights or name))
         # Channels last is the fastest layout of every network here once its norms are folded.
         self._network = folded(network).to(self._device).to(memory_format=torch.channels_last)  # pyright: ignore[reportCallIssue]
 
@@ -97,7 +100,7 @@ class NetworkPredictor:
             self.last_maps = raw = maps_from_output(output)
             maps = raw.smoothed()
             within = replace(maps, quality=maps.quality * allowed).peaks(count=self.peaks)
-        return [replace(g, x=g.x + ox, y=g.y + oy) for g in within]
+        return [self.calibration.judged(replace(g, x=g.x + ox, y=g.y + oy)) for g in within]
 
     def maps(self, image: RgbdImage) -> GraspMaps:
         """Return the network's maps of the crop at ``crop_origin``, not smoothed.
@@ -123,7 +126,7 @@ class NetworkPredictor:
         (ox, oy), (height, width) = self.crop_origin, image.depth.shape
         allowed[: max(-oy, 0)] = allowed[height - oy :] = False  # not in the padding
         allowed[:, : max(-ox, 0)] = allowed[:, width - ox :] = False
-        return self._forward(to_input(rgb, depth, self.kind)), allowed
+        return self.calibration.widened(self._forward(to_input(rgb, depth, self.kind))), allowed
 
     def _forward(self, x: np.ndarray) -> torch.Tensor:
         import torch

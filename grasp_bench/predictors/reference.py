@@ -13,6 +13,7 @@ import json
 import math
 import os
 import tempfile
+from collections import Counter
 from collections.abc import Callable, Iterator
 from itertools import islice
 from pathlib import Path
@@ -28,14 +29,14 @@ from grasp_bench.predictors.antipodes import Pair, Union, approaches, pairs
 from grasp_bench.robot.cup import SuctionCup
 from grasp_bench.robot.gripper import Gripper
 from grasp_bench.scenario.robots import with_gripper
-from grasp_bench.scenario.sections import Scenario
+from grasp_bench.scenario.sections import Motion, Scenario
 from grasp_bench.scene.tilting import TiltingGripper
 from grasp_bench.system import cache
 from grasp_bench.system.arrays import Floats
 
 Hand = tuple[GraspPose, float]
 """A hand in the world, and how good it looks."""
-VERSION = 1
+VERSION = 2
 """Raise this when reference grasps would come out differently: all are worked out again then."""
 WAYS = 12
 """Directions of approach around the jaws' axis."""
@@ -43,16 +44,20 @@ STEEPEST = 0.15
 """Greatest rise of the approach: the hand comes from above or from the side, hardly from below."""
 DEPTHS = (0.6, 0.3)
 """How far the tips reach beyond what is held, in heights of a pad."""
-ROOM = 0.010
+ROOMS = (0.010, 0.005)
 """Room between each open pad and what it closes on, where the gripper opens so wide [m]."""
+LEAST_DEPTH = -0.001
+"""How far the tips must reach beyond the middle of what is held, where the table draws them back [m]."""
 WAY = (0.02, 0.045, 0.07, 0.10)
 """Places before the grasp at which the hand must meet nothing [m]."""
 TRIED, KEPT = 72, 24
 """Grasps tried in physics, and those that held after which no more are tried."""
 AROUND = 8
 """Sectors of the approach around the vertical; hands are tried in turn by sector, to keep some of all."""
-PATIENCE = 60
+PATIENCE = 120
 """Hands in a row that meet something after which a sector is given up."""
+SPREAD = 0.015
+"""Hands of a sector are taken in turn from cubes of this size, lest all be of one crowded place [m]."""
 LEVER = 0.06
 """Distance of a grasp from the centre of mass at which its score has fallen to 1/e [m]."""
 
@@ -110,7 +115,8 @@ def find(model: ObjectModel, index: int, gripper: Gripper) -> list[dict[str, Any
     rng = np.random.default_rng(int(hashlib.sha256(f"{model.digest}|{index}".encode()).hexdigest()[:8], 16))
     shape = Union([h @ turn.T + place for h in model.hulls])
     up = np.array([0.0, 0.0, 1.0])
-    sectors = _sectors(_candidates(pairs(shape, gripper.opening - 0.002, up, rng), place, gripper))
+    found = pairs(shape, gripper.opening - 0.002, math.atan(model.friction), up, rng)
+    sectors = _sectors(_candidates(found, place, gripper))
     kept: list[dict[str, Any]] = []
     tried = 0
     while sectors and tried < TRIED and len(kept) < KEPT:
@@ -148,7 +154,7 @@ def _row(hand: GraspPose, score: float, place: Floats, turn: Floats) -> dict[str
         "position": np.round(turn.T @ (hand.position - place), 6).tolist(),
         "rotation": (turn.T @ hand.rotation).tolist(),
         "opening": round(hand.opening, 5),
-        "score": round(score, 4),
+        "score": round(float(score), 4),
         "height": round(float(hand.position[2]), 5),
     }
 
@@ -158,24 +164,47 @@ def _candidates(found: list[Pair], centre: Floats, gripper: Gripper) -> list[Han
     up = np.array([0.0, 0.0, 1.0])
     hands = []
     for pair in found:
-        opening = min(pair.width + 2 * ROOM, gripper.opening)
         lever = float(np.linalg.norm(pair.middle - centre))
         for approach in approaches(pair.axis, up, WAYS):
             if approach[2] > STEEPEST:
                 continue
             rotation = np.column_stack([pair.axis, np.cross(approach, pair.axis), approach])
-            for share in DEPTHS:
-                tip = pair.middle + share * gripper.pad[2] * approach
-                score = pair.alignment * math.exp(-lever / LEVER) * (0.8 + 0.2 * share / DEPTHS[0])
-                hands.append((GraspPose(tip, rotation, opening), score))
+            for room in ROOMS:
+                opening = min(pair.width + 2 * room, gripper.opening)
+                depths = {_depth(pair.middle, rotation, opening, s * gripper.pad[2], gripper) for s in DEPTHS}
+                for depth in sorted(d for d in depths if d is not None):
+                    tip = pair.middle + depth * approach
+                    deep = min(1.0, max(0.0, depth / (DEPTHS[0] * gripper.pad[2])))
+                    roomy = 0.9 + 0.1 * room / ROOMS[0]
+                    score = pair.alignment * math.exp(-lever / LEVER) * (0.8 + 0.2 * deep) * roomy
+                    hands.append((GraspPose(tip, rotation, opening), score))
     return hands
 
 
+def _depth(middle: Floats, rotation: Floats, opening: float, wanted: float, gripper: Gripper) -> float | None:
+    """Return how far beyond ``middle`` (3,) the tips get before a finger is too near the table [m],
+    ``wanted`` at most; None where that is not far enough to hold."""
+    outer = opening / 2 + gripper.finger_thickness
+    reach = outer * abs(rotation[2, 0]) + gripper.finger_width / 2 * abs(rotation[2, 1])
+    room = float(middle[2]) - reach - Motion().table_clearance  # between the lowest corner and the table
+    steep = -float(rotation[2, 2])
+    if room - wanted * steep >= 0:
+        return wanted
+    depth = room / steep if steep > 0 else -math.inf
+    return depth if depth >= LEAST_DEPTH else None
+
+
 def _sectors(hands: list[Hand]) -> dict[tuple[int, int], Iterator[Hand]]:
-    """Return hands by the sector of their approach, the best of each first; steep ones come first."""
-    sectors: dict[tuple[int, int], list[Hand]] = {}
+    """Return hands by the sector of their approach, the best of each place first; steep ones come first."""
+    sectors: dict[tuple[int, int], list[tuple[int, Hand]]] = {}
+    before: Counter[tuple[int, ...]] = Counter()
     for hand, score in sorted(hands, key=lambda h: -h[1]):
         x, y, z = hand.approach
         around = int(AROUND * (math.atan2(y, x) / (2 * math.pi) + 0.5)) % AROUND if z > -0.95 else 0
-        sectors.setdefault((min(int(3 * (1 + z)), 3), around), []).append((hand, score))
-    return {key: iter(sectors[key]) for key in sorted(sectors)}
+        sector = min(int(3 * (1 + z)), 3), around
+        place = *sector, *np.floor(hand.position / SPREAD).astype(int).tolist()
+        sectors.setdefault(sector, []).append((before[place], (hand, score)))
+        before[place] += 1
+    return {
+        key: iter([hand for _, hand in sorted(sectors[key], key=lambda h: h[0])]) for key in sorted(sectors)
+    }

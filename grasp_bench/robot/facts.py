@@ -48,6 +48,11 @@ def shipped(kind: str) -> list[str]:
     return sorted({*beside, *(p.parent.name for p in (assets_dir() / f"{kind}s").glob(f"*/{kind}.yaml"))})
 
 
+def name_beside(kind: str, name: str) -> str:
+    """Return how a scenario in the working directory names a part: paths have a slash, shipped names none."""
+    return name if name in shipped(kind) or "/" in name or "\\" in name else f"./{name}"
+
+
 def folder_of(kind: str, name: str) -> Path:
     """Return the folder of a shipped part by name, or of anyone's by path.
 
@@ -174,6 +179,10 @@ def parse(path: Path) -> ET.Element:
     except (OSError, ET.ParseError, ValueError, RecursionError) as error:
         raise AssetError(f"{path} cannot be read as XML ({error}).") from error
     for element in tree.iter():
+        if unset := [
+            key for key, value in element.items() if key != "name" and "nan" in value.lower().split()
+        ]:
+            raise AssetError(f"{path} has a <{element.tag}> whose {unset[0]} is not a number (nan).")
         if element.tag in FOREIGN:
             raise AssetError(
                 f"{path} uses <{element.tag}>, which is not read: write the part whole into one MJCF file "
@@ -187,5 +196,5 @@ def _inside(folder: Path, base: Path, name: str, what: str) -> Path:
     if not path.is_relative_to(root):
         raise AssetError(f"{what} names {name}, which lies outside of {folder}; copy it into the folder.")
     if not path.is_file():
-        raise AssetError(f"{what} names {name}, which is not in {folder}.")
+        raise AssetError(f"{what} names {name}, which is not in {folder.resolve()}.")
     return path

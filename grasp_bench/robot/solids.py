@@ -6,7 +6,6 @@ from collections.abc import Iterable
 
 import mujoco
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from grasp_bench.system.arrays import Floats
 
@@ -76,6 +75,8 @@ def mesh_points(model: mujoco.MjModel, mesh: int) -> Floats:
 
 def _above(points: Floats, z: float) -> Floats | None:
     """Return the corners of what of the convex hull of ``points`` (V, 3) is above the height ``z``."""
+    from scipy.spatial import ConvexHull
+
     if (points[:, 2] >= z).all():
         return points
     if not (points[:, 2] > z).any():

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from grasp_bench.errors import ScenarioError, UnknownNameError
 from grasp_bench.scenario.faults import fault_lines, section_of
 from grasp_bench.scenario.fields import Section
-from grasp_bench.scenario.sections import VERSION, Scenario
+from grasp_bench.scenario.sections import VERSION, Clutter, Motion, Robot, Scenario, Table
 from grasp_bench.system.files import read_text
 from grasp_bench.system.paths import scenarios_dir
 from grasp_bench.system.texts import legible, legible_all, shown
@@ -120,6 +120,20 @@ def parse_scenario(content: dict[str, Any], origin: str) -> Scenario:
         raise ScenarioError("\n".join(fault_lines(error, origin, Scenario))) from error
     except (RecursionError, OverflowError) as error:
         raise ScenarioError(f"{origin}: a number or a list in it is too large") from error
+
+
+def known_within_reach(scenario: Scenario) -> bool:
+    """Return whether a test knows the arm to reach all places: robot and places are those of ``table4`` or
+    ``clutter``, and no wrist moves the camera. Asking takes as long as all else that a run checks."""
+    own, usual = scenario.motion, Motion()
+    around = scenario.table if scenario.clutter is None else scenario.clutter
+    return (
+        scenario.robot == Robot()
+        and scenario.camera.mount == "fixed"
+        and scenario.table.center == Table().center
+        and (own.lift_height, own.carry_to) == (usual.lift_height, usual.carry_to)
+        and around.workspace in (Table().workspace, Clutter().workspace)
+    )
 
 
 def parameters(model: type[Section] = Scenario, prefix: str = "") -> list[str]:

@@ -17,7 +17,6 @@ from typing import Any, Literal, Protocol
 
 import mujoco
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from grasp_bench.objects.catalog import ObjectModel, VisualPart
 from grasp_bench.robot.robot import Robot
@@ -87,6 +86,7 @@ class SceneObject(Protocol):
 def add_object(root: Any, model: SceneObject, scenario: Scenario, name: str = OBJECT) -> None:
     """Add a free body with its visual parts and convex hulls."""
     from dm_control import mjcf
+    from scipy.spatial import ConvexHull
 
     prefix = "" if name == OBJECT else f"{name}_"
     body = root.worldbody.add("body", name=name, pos=[0, 0, 1])

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from grasp_bench.system.arrays import Floats
 
@@ -39,9 +38,13 @@ def merged(hulls: list[Floats], most: int) -> list[Floats]:
 
 def _hull(points: Floats) -> tuple[Floats, float]:
     """Return the vertices on the hull of a cloud, and its volume."""
+    from scipy.spatial import ConvexHull
+
     hull = ConvexHull(points)
     return points[hull.vertices], float(hull.volume)
 
 
 def _added(a: tuple[Floats, float], b: tuple[Floats, float]) -> float:
+    from scipy.spatial import ConvexHull
+
     return float(ConvexHull(np.vstack([a[0], b[0]])).volume) - a[1] - b[1]

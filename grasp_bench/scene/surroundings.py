@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from scipy.spatial.transform import Rotation
-
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scenario.surroundings import Fixture
 
@@ -39,6 +37,8 @@ def add_fixtures(root: Any, scenario: Scenario) -> None:
 
 
 def _geom(fixture: Fixture) -> dict[str, Any]:
+    from scipy.spatial.transform import Rotation
+
     x, y, z = fixture.size
     size = {
         "box": [x / 2, y / 2, z / 2],

@@ -7,7 +7,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter, map_coordinates
 
 from grasp_bench.scenario.look import Pattern, Texture
 
@@ -22,6 +21,8 @@ LATTICES = 8
 
 @lru_cache(maxsize=LATTICES)
 def _lattice(which: int) -> NDArray[np.float32]:
+    from scipy.ndimage import gaussian_filter
+
     values = gaussian_filter(
         np.random.default_rng([17, which]).standard_normal((LATTICE,) * 3), 0.8, mode="wrap"
     )
@@ -30,6 +31,8 @@ def _lattice(which: int) -> NDArray[np.float32]:
 
 def noise(points: Points, seed: int, octaves: int = 2) -> Amounts:
     """Return smooth random values (N,), mean 0 and standard deviation about 1, at ``points`` (N, 3)."""
+    from scipy.ndimage import map_coordinates
+
     offset = np.random.default_rng(seed).uniform(0, LATTICE, 3)
     total, power = np.zeros(len(points), np.float32), 0.0
     for octave in range(octaves):

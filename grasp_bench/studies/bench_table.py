@@ -76,7 +76,7 @@ def bench(
     if shared:
         prepare("auto")
         read = load_scenario(scenario)
-        catalog, objects = api.select_objects(list(read.objects.names) or "all")
+        catalog, objects, _ = api.objects_for(read)
         renderer = resolve_renderer("auto")
         settings = Settings(read, catalog.folder.resolve(), next(iter(shared)), seed, renderer)
         jobs = spread(objects, len(objects) if trials is None else trials)

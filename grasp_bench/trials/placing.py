@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from scipy.spatial import ConvexHull
 from shapely import Polygon
 from shapely.affinity import translate
 
@@ -108,6 +107,8 @@ def lay_out(models: Sequence[ObjectModel], scenario: Scenario, rng: np.random.Ge
 
 
 def _placed(models: Sequence[ObjectModel], scenario: Scenario, rng: np.random.Generator) -> list[Resting]:
+    from scipy.spatial import ConvexHull
+
     assert scenario.clutter is not None
     centre, spread = np.array(scenario.table.center), np.array(scenario.clutter.workspace)
     placed: list[Resting] = []

@@ -12,6 +12,7 @@ import yaml
 from grasp_bench.errors import AssetError
 from grasp_bench.robot.arm import Arm, load_arm
 from grasp_bench.robot.solids import subtree
+from grasp_bench.system.arrays import Floats
 from grasp_bench.workshop.menagerie import model_of
 from grasp_bench.workshop.own_model import fix_inertia, making, name_all, read_model, strip, write_model
 from grasp_bench.workshop.postures import Postures
@@ -29,6 +30,8 @@ READY = (0.48, 0.40)
 """Distance ahead of the base and height of the flange in the ready posture [m]."""
 HOME = ((0.16, 0.58), (0.20, 0.58), (0.24, 0.60), (0.28, 0.62), (0.32, 0.65))
 """The same at home, tried in turn: above and behind what table4's camera sees."""
+UPRIGHT, CENTRED = 0.9998, 1e-3
+"""Cosine of the first axis' tilt, at least, and its distance from the origin [m], at most."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +66,7 @@ def import_arm(source: Path, out: Path, asked: Asked) -> Arm:
         AssetError: in one line, for what is not an arm, or one without limits.
     """
     source = model_of(source)
-    with making(out):
+    with making(out, "arm.xml", source):
         return _import(source, out, asked)
 
 
@@ -89,6 +92,7 @@ def _import(source: Path, out: Path, asked: Asked) -> Arm:
             f"{source}: an arm without limits: joint {free[0]!r} has no range; write it into the file, or "
             "say --endless 360 for joints that turn without end."
         )
+    _stands(model, source)
     count = len(names)
     torque = _each("torque", asked.torque, count) or _torques(model, source, names)
     velocity = _each("velocity", asked.velocity, count)
@@ -96,8 +100,10 @@ def _import(source: Path, out: Path, asked: Asked) -> Arm:
     path = write_model(spec, source, out, "arm.xml")
     made = mujoco.MjModel.from_xml_path(str(path))
     search = Postures(made, source)
-    ready = np.radians(asked.ready) if asked.ready else search.find(*READY)
-    home = np.radians(asked.home) if asked.home else search.first(HOME, ready)
+    ready = _posture("ready", asked.ready, count)
+    ready = search.find(*READY) if ready is None else ready
+    home = _posture("home", asked.home, count)
+    home = search.first(HOME, ready) if home is None else home
     facts = {
         "title": asked.title or source.stem,
         "source": f"rewritten from {source.name} by `grasp-bench arms import`",
@@ -115,10 +121,29 @@ def _import(source: Path, out: Path, asked: Asked) -> Arm:
     return arm
 
 
+def _stands(model: mujoco.MjModel, source: Path) -> None:
+    """Look that an arm stands upright at the origin."""
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    axis, at = data.xaxis[0], data.xanchor[0]
+    if abs(axis[2]) < UPRIGHT or np.hypot(*at[:2]) > CENTRED:
+        direction = ", ".join(f"{v:.2f}" for v in axis)
+        raise AssetError(
+            f"{source}: joint {model.joint(0).name!r} must turn about the vertical through the origin; it "
+            f"turns about ({direction}) through ({at[0]:.3f}, {at[1]:.3f}) m. Move or turn the base's body."
+        )
+
+
+def _posture(what: str, degrees: tuple[float, ...] | None, count: int) -> Floats | None:
+    if degrees is not None and len(degrees) != count:
+        raise AssetError(f"--{what} must be {count} angles in degrees, one for each joint.")
+    return None if degrees is None else np.radians(degrees)
+
+
 def _each(what: str, values: tuple[float, ...] | None, count: int) -> list[float] | None:
     if values is None:
         return None
-    if len(values) not in (1, count) or min(values) <= 0:
+    if len(values) not in (1, count) or not all(0 < v < np.inf for v in values):
         raise AssetError(f"--{what} must be one positive number for all joints or {count}, one for each.")
     return list(values) * (count if len(values) == 1 else 1)
 

@@ -66,7 +66,7 @@ def import_gripper(source: Path, out: Path, asked: Asked) -> Gripper:
         AssetError: in one line, for what is not a gripper of two fingers on slides.
     """
     source = model_of(source)
-    with making(out):
+    with making(out, "gripper.xml", source):
         return _import(source, out, asked)
 
 
@@ -153,6 +153,8 @@ def _finger_joints(model: mujoco.MjModel, source: Path, fingers: tuple[str, str]
     slides = [j for j in range(model.njnt) if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_SLIDE]
     if fingers is not None:
         known = [model.body(i).name for i in range(1, model.nbody)]
+        if fingers[0] == fingers[1]:
+            raise AssetError(f"{source}: --fingers names {fingers[0]!r} twice; it needs two bodies.")
         for name in fingers:
             if name not in known:
                 raise AssetError(f"{source} has no body (finger) {name!r}; it has {', '.join(known)}.")
@@ -161,8 +163,8 @@ def _finger_joints(model: mujoco.MjModel, source: Path, fingers: tuple[str, str]
         hinges = model.njnt - len(slides)
         other = f" and {hinges} joints of other kinds" if hinges else ""
         raise AssetError(
-            f"{source} has {len(slides)} fingers on slides{other}; grippers of two fingers on slides are "
-            "read, linkages of hinges are not. Of more slides name the two with --fingers."
+            f"{source} has {len(slides)} fingers on slides{other}; read are two fingers on slides, and "
+            "two on linkages that have hinges only. Of more slides name the two with --fingers."
         )
     if not model.jnt_limited[slides].all():
         raise AssetError(f"{source}: the finger joints need a range.")

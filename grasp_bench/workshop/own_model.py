@@ -24,9 +24,18 @@ SHOWN, SOLID = 2, 3
 """Geom groups of what is seen and of what collides."""
 
 
+LARGE = 10.0
+"""Parts that are larger were drawn in millimetres [m]."""
+
+
 @contextmanager
-def making(out: Path) -> Iterator[None]:
+def making(out: Path, model: str, source: Path) -> Iterator[None]:
     """Make the folder ``out``, which must not hold anything yet; what fails leaves nothing in it.
+
+    Args:
+        out: the folder.
+        model: file in it that ``source`` is rewritten as; errors name ``source`` instead.
+        source: the user's file.
 
     Raises:
         AssetError: where it is not empty.
@@ -36,8 +45,11 @@ def making(out: Path) -> Iterator[None]:
     out.mkdir(parents=True, exist_ok=True)
     try:
         yield
-    except BaseException:
+    except BaseException as error:
+        made = str((out / model).resolve())
         shutil.rmtree(out, ignore_errors=True)
+        if isinstance(error, AssetError) and made in str(error):
+            raise AssetError(str(error).replace(made, str(source))) from error
         raise
 
 
@@ -61,12 +73,17 @@ def read_model(path: Path, radian: bool = False) -> mujoco.MjSpec:
         spec = read_urdf(path) if parse(path).tag == "robot" else mujoco.MjSpec.from_file(str(path))
         if radian:
             spec.compiler.degree = False
-        spec.compile()
+        model = spec.compile()
     except ValueError as error:
         raise AssetError(
             f"{path} is refused by MuJoCo {mujoco.__version__}: {' '.join(str(error).split())}. Correct the "
             "file until `python -m mujoco.viewer --mjcf=FILE` shows it."
         ) from error
+    if model.stat.extent > LARGE:
+        raise AssetError(
+            f"{path} is {model.stat.extent:.0f} m large: lengths are metres; scale positions, sizes, ranges "
+            "of slides and meshes by 0.001."
+        )
     return spec
 
 

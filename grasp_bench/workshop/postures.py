@@ -42,10 +42,12 @@ class Postures:
         """
         found = self._solutions(ahead, height)
         if not found:
+            self.configuration.update(self.model.qpos0)
+            links = np.linalg.norm(np.diff(self.configuration.data.xanchor, axis=0), axis=1).sum()
             raise AssetError(
                 f"{self.source}: no posture was found with the tool pointing down {ahead:g} m ahead of the "
-                f"base, {height:g} m high; is z of the flange its direction? Say --flange, or "
-                "--ready and --home."
+                f"base, {height:g} m high, of an arm whose joints are {links:.2f} m from first to last. Does "
+                "z of the flange point out of it? If not, say --flange; if so, --ready and --home."
             )
         return max(found, key=self._merit)
 

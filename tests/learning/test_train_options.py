@@ -19,7 +19,13 @@ from grasp_bench.cli.train import read_settings, train_command, with_recipe
 from grasp_bench.errors import AssetError
 from grasp_bench.learning.data.scenes import SceneSet, load_scenes
 from grasp_bench.learning.data.stages.style import Style
-from grasp_bench.learning.training.card import made, model_card, provenance, training_command
+from grasp_bench.learning.training.card import (
+    finishing_command,
+    made,
+    model_card,
+    provenance,
+    training_command,
+)
 from grasp_bench.learning.training.config import TrainConfig
 from grasp_bench.learning.training.course import Course
 from grasp_bench.learning.training.loop import CHECKPOINT, Trained, train
@@ -171,6 +177,19 @@ def test_card_shows_command_and_settings(begun: str, folder: Path) -> None:  # n
     assert "masked False" in page
     assert "holdout 2/5" in page
     assert "workers" not in page
+    assert "cut off" not in page
+    cut = facts | {
+        "ended": "minutes",
+        "seconds": 840,
+        "commands": training_command(
+            config.model_copy(update={"max_minutes": 14.0, "threads": 1}), [Source(folder)]
+        ),
+    }
+    page = model_card(cut)
+    assert "cut off by the clock" in page
+    finish = finishing_command(cut["commands"])
+    assert finish in page
+    assert read(finish)[0] == config.model_copy(update={"until_flat": True, "device": "cuda"})
     older = {k: v for k, v in facts["config"].items() if k not in ("holdout", "split")}
     assert "holdout" not in model_card(facts | {"config": older, "commands": ""})
 

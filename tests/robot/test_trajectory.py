@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.interpolate import CubicSpline
 
 from grasp_bench.grasps import GraspPose
 from grasp_bench.robot.ec66 import EC66
 from grasp_bench.robot.kinematics import InverseKinematics
-from grasp_bench.robot.trajectory import Trajectory, through
+from grasp_bench.robot.trajectory import NaturalSpline, Trajectory, through
 
 PERIOD = 0.004
 LIMITS = np.array(EC66.velocity_limits)
@@ -82,3 +83,16 @@ def test_the_tcp_keeps_its_speed_and_its_line() -> None:
     assert speeds.max() == pytest.approx(speed, rel=0.1)
     assert np.abs(places[:, :2] - start[:2]).max() < 0.0005
     assert places[-1, 2] - start[2] == pytest.approx(height, abs=2e-4)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_splines_are_scipys_to_the_bit(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(3, 30))
+    knots = np.concatenate([[0.0], np.cumsum(np.maximum(rng.random(count - 1) ** 3, 1e-9))])
+    knots /= knots[-1]
+    points = rng.normal(size=(count, 6)).cumsum(0)
+    at = np.concatenate([np.linspace(0, 1, 65), rng.random(50), knots])
+    own, theirs = NaturalSpline(knots, points), CubicSpline(knots, points, bc_type="natural")
+    for order in (0, 1):
+        np.testing.assert_array_equal(own(at, order), theirs(at, order))

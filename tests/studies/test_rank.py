@@ -88,3 +88,29 @@ def test_the_command(toy_catalog: Path, tmp_path: Path) -> None:
     assert again["worlds"]["neighbours"] == [
         {"better": "oracle", "worse": "displaced", "holds": 1, "tied": 0, "turned": 0}
     ]
+
+
+def test_a_scenarios_own_set_of_objects_is_tried(toy_catalog: Path, tmp_path: Path) -> None:
+    scenario = tmp_path / "toys.yaml"
+    scenario.write_text(
+        f"extends: table4\nname: toys\nobjects: {{folder: {toy_catalog}, names: [block, pot]}}\n"
+    )
+    ranked = ["rank", "oracle", "displaced", "--budget", "2", "--workers", "1"]
+    ranked += ["--out", str(tmp_path / "rank")]
+    table = ["bench-table", "--predictors", "oracle", "--folder", str(tmp_path / "bench")]
+    for words, run in ((ranked, "rank/oracle"), (table, "bench/oracle")):
+        done = CliRunner().invoke(app, [*words, "--scenario", str(scenario)])
+        assert done.exit_code == 0, done.output
+        assert list(RunResults(tmp_path / run).info.objects) == ["block", "pot"]
+
+
+def test_a_ranking_asks_of_arm_and_objects_what_a_run_does(tmp_path: Path) -> None:
+    for change, message in (
+        ("table: {center: [1.6, 0.0]}", "reaches only 0 of"),
+        ("objects: {graded: true, names: [apple]}", "difficulty of apple was not measured"),
+    ):
+        scenario = tmp_path / "bad.yaml"
+        scenario.write_text(f"extends: table4\nname: bad\n{change}\n")
+        done = CliRunner().invoke(app, ["rank", "oracle", "displaced", "--scenario", str(scenario)])
+        assert isinstance(done.exception, GraspBenchError), done.output
+        assert message in str(done.exception)

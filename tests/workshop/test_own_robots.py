@@ -7,7 +7,9 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from grasp_bench.cli import app
 from grasp_bench.errors import AssetError
 from grasp_bench.planning.reach import check_reach
 from grasp_bench.robot.gripper_trial import try_out
@@ -72,7 +74,9 @@ def test_a_hand_is_turned_coupled_and_measured(tmp_path: Path) -> None:
 def test_a_hand_whose_pads_do_not_meet_cannot_close(tmp_path: Path) -> None:
     path = hand(tmp_path, 'pos="0 0.002 0.05"', 'pos="0 0.014 0.05"')
     path.write_text(path.read_text().replace('pos="0 -0.002 0.05"', 'pos="0 -0.014 0.05"'))
-    with pytest.raises(AssetError, match=r"cannot close: its pads stay 24\.0 mm apart"):
+    with pytest.raises(
+        AssetError, match=r"hand\.xml: this gripper cannot close: its pads stay 24\.0 mm apart"
+    ):
         import_gripper(path, tmp_path / "out", Asked())
     assert not (tmp_path / "out").exists()
 
@@ -93,6 +97,8 @@ def test_a_hand_whose_pads_do_not_meet_cannot_close(tmp_path: Path) -> None:
             "outside of",
         ),
         ("<actuator>", "<actuator><wheel/>", "refused by MuJoCo"),
+        ('size="0.03 0.06 0.03"', 'size="30 60 30"', "m large: lengths are metres"),
+        ('size="0.03 0.06 0.03"', 'size="nan 0.06 0.03"', "a <geom> whose size is not a number"),
         ('pos="0 0 0.03"/>', 'pos="0 0 0.03" contype="0" conaffinity="0"/>', "the palm"),
     ],
 )
@@ -107,6 +113,8 @@ def test_pads_and_fingers_that_are_none(tmp_path: Path) -> None:
     path = hand(tmp_path)
     with pytest.raises(AssetError, match=r"--pads must be one geom of each finger; they have a_back, a_pad"):
         import_gripper(path, tmp_path / "out", Asked(pads=("a_pad", "a_back")))
+    with pytest.raises(AssetError, match="--fingers names 'a' twice"):
+        import_gripper(path, tmp_path / "out", Asked(fingers=("a", "a")))
     with pytest.raises(AssetError, match="has no body \\(finger\\) 'thumb'; it has base, a, b"):
         import_gripper(path, tmp_path / "out", Asked(fingers=("thumb", "a")))
     (tmp_path / "full").mkdir()
@@ -149,6 +157,29 @@ def test_an_arm_without_limits_is_told(tmp_path: Path) -> None:
         import_arm(path, tmp_path / "out", AskedOfArm(flange="tool0"))
     with pytest.raises(AssetError, match="--velocity must be one positive number for all joints or 6"):
         import_arm(path, tmp_path / "out", AskedOfArm(flange="flange", velocity=(1.0, 2.0)))
+    with pytest.raises(AssetError, match="--velocity must be one positive number"):
+        import_arm(path, tmp_path / "out", AskedOfArm(flange="flange", velocity=(float("nan"),)))
+    with pytest.raises(AssetError, match="--home must be 6 angles in degrees"):
+        import_arm(path, tmp_path / "out", AskedOfArm(flange="flange", home=(0.0,)))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('childclass="arm" quat="0 0 0 1"', 'childclass="arm" quat="1 1 0 0"', "about the vertical"),
+        ('childclass="arm" quat="0 0 0 1"', 'childclass="arm" pos="0.5 0 0"', "through \\(0.500, 0.000\\)"),
+        ('pos="-0.425 0 0"', 'pos="-0.1 0 0"', "whose joints are 0.89 m from first to last"),
+        ('pos="-0.425 0 0"', 'pos="-425 0 0"', "lengths are metres"),
+    ],
+)
+def test_an_arm_that_does_not_stand_or_reach_is_told(tmp_path: Path, old: str, new: str, words: str) -> None:
+    text = (assets_dir() / "arms" / "ur5e" / "arm.xml").read_text()
+    assert old in text
+    path = tmp_path / "arm.xml"
+    path.write_text(text.replace(old, new))
+    with pytest.raises(AssetError, match=words):
+        import_arm(path, tmp_path / "out", AskedOfArm(flange="flange"))
+    assert not (tmp_path / "out").exists()
 
 
 @real
@@ -188,3 +219,20 @@ def test_a_real_linkage_opens_and_closes(tmp_path: Path) -> None:
 def test_real_grippers_that_cannot_be_read_say_why(tmp_path: Path, name: str, words: str) -> None:
     with pytest.raises(AssetError, match=words):
         import_gripper(REAL / "grippers" / f"{name}.xml", tmp_path / "out", Asked())
+
+
+@pytest.mark.parametrize(
+    ("name", "limit"), [("my-hand", {"closing_speed": 0.05}), ("suction-20", {"force": 18.8495})]
+)
+def test_check_prints_a_scenario_that_is_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, limit: dict[str, float]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    import_gripper(hand(tmp_path), tmp_path / "my-hand", Asked(speed=0.05))
+    done = CliRunner().invoke(app, ["grippers", "check", name])
+    assert done.exit_code == 0
+    scenario = tmp_path / "mine.yaml"
+    scenario.write_text("extends: table4\n" + done.output.split("extends: table4\n")[1])
+    read = load_scenario(str(scenario))
+    assert Path(read.robot.gripper).name == name
+    assert {k: getattr(read.gripper, k) for k in limit} == limit

@@ -13,6 +13,7 @@ from grasp_bench.learning.data.stages.style import Style
 from grasp_bench.learning.training.config import FREE_TO_CHANGE, TrainConfig
 from grasp_bench.learning.training.loop import Trained, shown
 from grasp_bench.learning.training.sources import Source
+from grasp_bench.networks.calibration import KEY
 from grasp_bench.networks.registry import info, parameter_count
 from grasp_bench.runs.statistics import wilson
 
@@ -93,6 +94,21 @@ def _share(source: Source) -> str:
     return "" if source.weight is None else f":{source.weight!r}".removesuffix(".0")
 
 
+def finishing_command(command: str) -> str:
+    """Return the command that brings a training which the clock cut off to its end, on a GPU.
+
+    Args:
+        command: as :func:`training_command` gives it.
+    """
+    words = shlex.split(command)
+    for option in ("--max-minutes", "--threads", "--device"):
+        while option in words:
+            at = words.index(option)
+            del words[at : at + 2]
+    flat = [] if "--until-flat" in words else ["--until-flat"]
+    return shlex.join([*words, *flat, "--device", "cuda"])
+
+
 def model_card(facts: dict[str, Any]) -> str:
     """Return a Markdown page on weights, made of their metadata."""
     config, data = facts["config"], facts["data"]
@@ -108,7 +124,7 @@ Weights for `grasp-bench`, network `{facts["network"]}` with {facts["parameters"
 (fingerprint `{data["fingerprint"]}`), {facts["steps"]} steps, seed {facts["seed"]}; {settings}.{_took(facts)}
 
 ```
-{facts["commands"]}
+{facts["commands"]}{_calibration_command(facts)}
 ```
 
 ## Accuracy on {data["val"]} held-out synthetic scenes
@@ -116,7 +132,7 @@ Weights for `grasp-bench`, network `{facts["network"]}` with {facts["parameters"
 |---|---|---|---|
 | best grasp agrees with the label maps (quality ≥ 0.5, 20°, width) | {_row(facts["accuracy"]["top1"])} |
 | rectangle metric (30°, IoU > 0.25) | {_row(facts["accuracy"]["rectangle"])} |
-{_held(facts)}
+{_held(facts)}{_calibrated(facts)}
 ## Limits
 {_seen(facts)} Expects a camera looking down at a table, depth in metres, and a scene like
 those it was trained on; figures above say nothing about other cameras. These are not the paper's
@@ -129,12 +145,40 @@ def _took(facts: dict[str, Any]) -> str:
     if not seconds:
         return ""
     why = {"flat": ", until it got no better", "minutes": ", when it was cut off by the clock"}
-    return f" It took {seconds / 60:.0f} minutes{why.get(facts.get('ended', ''), '')}."
+    told = f" It took {seconds / 60:.0f} minutes{why.get(facts.get('ended', ''), '')}."
+    if facts.get("ended") == "minutes":
+        last = facts["commands"].splitlines()[-1]
+        told += (
+            f" To train it to its end on a GPU, give instead of the last line\n`{finishing_command(last)}`."
+        )
+    return told
 
 
 def _held(facts: dict[str, Any]) -> str:
     held = facts["accuracy"].get("held", [0, 0])
     return f"| best grasp, as predicted, held in physics (other scenes) | {_row(held)} |\n" if held[1] else ""
+
+
+def _calibrated(facts: dict[str, Any]) -> str:
+    found = facts.get(KEY)
+    if not found:
+        return ""
+    tried = ", ".join(f"{k} at {px} px" for px, k in found["held"].items())
+    widening = found["widening_px"]
+    fit = found["quality"]
+    told = f"expit({fit[0]} + {fit[1]} · quality)" if fit else "that its quality does not tell"
+    return (
+        f"\nCalibrated in physics on {found['scenes']} other scenes: openings are {widening:g} px "
+        f"wider than the network's own (best grasps that held: {tried}); a grasp holds with probability "
+        f"{told}, fitted to {found['grasps']} grasps.\n"
+    )
+
+
+def _calibration_command(facts: dict[str, Any]) -> str:
+    if KEY not in facts:
+        return ""
+    name, scenes = facts["network"], facts[KEY]["scenes"]
+    return f"\ngrasp-bench calibrate {name} --weights runs/{name}/{name}.safetensors --scenes {scenes}"
 
 
 def _begun(facts: dict[str, Any]) -> str:

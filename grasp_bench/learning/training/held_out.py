@@ -10,7 +10,7 @@ camera, and are the same in all trainings, whatever these learn from. Some show 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,7 +72,12 @@ class HeldOut:
 
 def held_out_scenes(count: int, crop: int) -> list[HeldOut]:
     """Make the first ``count`` held-out scenes, pictures of ``crop`` px (about a tenth of a second each)."""
-    return [_held_out(index, crop) for index in range(count)]
+    return list(held_out_from(0, count, crop))
+
+
+def held_out_from(first: int, count: int, crop: int) -> Iterator[HeldOut]:
+    """Make ``count`` held-out scenes one by one, from the one of index ``first``."""
+    return (_held_out(index, crop) for index in range(first, first + count))
 
 
 def _held_out(index: int, crop: int) -> HeldOut:
@@ -93,12 +98,17 @@ def count_held(network: nn.Module, scenes: Sequence[HeldOut], kind: Kind) -> int
     """Return in how many scenes the network's best grasp holds."""
     was_training = network.training
     network.eval()
-    device = next(network.parameters()).device
     held = 0
     for scene in scenes:
-        x = torch.from_numpy(to_input(scene.image.rgb, scene.image.depth, kind))[None]
-        output = network(x.to(device, memory_format=torch.channels_last))[0]
-        best = grasps_from_output(output, 1)
+        best = answered(network, scene, kind, 1)
         held += bool(best) and scene.holds(best[0])
     network.train(was_training)
     return held
+
+
+def answered(network: nn.Module, scene: HeldOut, kind: Kind, count: int) -> list[Grasp]:
+    """Return a network's ``count`` best grasps of a scene, in pixels of its image."""
+    device = next(network.parameters()).device
+    x = torch.from_numpy(to_input(scene.image.rgb, scene.image.depth, kind))[None]
+    output = network(x.to(device, memory_format=torch.channels_last))[0]
+    return grasps_from_output(output, count)

@@ -19,6 +19,7 @@ import typer
 from grasp_bench.cli.agree import agree_command
 from grasp_bench.cli.arms import arms_app
 from grasp_bench.cli.cache import cache_app
+from grasp_bench.cli.calibrate import calibrate_command
 from grasp_bench.cli.check import check_command
 from grasp_bench.cli.data import data_app
 from grasp_bench.cli.doctor import doctor_command
@@ -81,6 +82,7 @@ app.command("why", rich_help_panel=LOOK)(why_command)
 app.command("replay", rich_help_panel=LOOK)(replay_command)
 app.command("check", rich_help_panel=LOOK)(check_command)
 app.command("train", rich_help_panel=TRAIN)(train_command)
+app.command("calibrate", rich_help_panel=TRAIN)(calibrate_command)
 app.command("evaluate", rich_help_panel=TRAIN)(evaluate_command)
 app.command("serve", rich_help_panel=SHARE)(serve_command)
 app.command("merge", rich_help_panel=SHARE)(merge_command)

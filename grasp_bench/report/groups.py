@@ -159,17 +159,26 @@ def made_last(runs: Sequence[RunResults], names: Sequence[str]) -> int | None:
     return ages[0][1] if ages[0][0] > max(others) + LATER else None
 
 
+def leading(groups: Sequence[Group]) -> list[int]:
+    """Return the runs of the first group, and where it is one run, those of the largest of its scenario."""
+    lead, *rest = groups
+    if len(lead.runs) > 1 or lead.scenario is None:
+        return list(lead.runs)
+    others = [g for g in rest if g.scenario == lead.scenario and g.alike]
+    return [*lead.runs, *(max(others, key=lambda g: len(g.runs)).runs if others else ())]
+
+
 def newest(
     runs: Sequence[RunResults], names: Sequence[str], groups: Sequence[Group], count: int = 4
 ) -> list[int]:
-    """Return the runs to show first: those made last, then the best of the leading group."""
+    """Return the runs to show first: those made last, then the best of :func:`leading`."""
     mine = made_last(runs, names)
     own = sorted(
         (i for i, name in enumerate(names) if "/" not in name), key=lambda i: -_written(runs[i].folder)
     )
     order = own if mine is not None else []
     lead = reference(runs, groups)
-    return list(dict.fromkeys([*order, lead, *groups[0].runs]))[:count]
+    return list(dict.fromkeys([*order, lead, *leading(groups)]))[:count]
 
 
 def reference(runs: Sequence[RunResults], groups: Sequence[Group]) -> int:

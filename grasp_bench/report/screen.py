@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from grasp_bench.report.compare import SharedTrials
-from grasp_bench.report.groups import DEVELOPED_ON, Group, grouped, made_last
+from grasp_bench.report.groups import DEVELOPED_ON, Group, grouped, leading, made_last
 from grasp_bench.report.summary import Summary
 from grasp_bench.report.table4 import PAPER, TITLE, Report, row_of
 from grasp_bench.report.tables import RATE_HEAD, TextTable, rate_cells
@@ -38,7 +38,7 @@ def screen(folders: Sequence[Path], root: Path) -> list[TextTable]:
     names = [r.run for r in report.runs]
     mine = made_last(runs, names)
     lead, *rest = grouped(report.runs, mine)
-    shown = _beside(lead, rest)
+    shown = leading([lead, *rest])
     table, left = _table(report.runs, runs, lead, shown, mine)
     rest = [g for g in rest if set(g.runs) - set(shown)]
     notes = [*_left(left), *(_folded(g, report.runs) for g in rest)]
@@ -51,14 +51,6 @@ def screen(folders: Sequence[Path], root: Path) -> list[TextTable]:
         found.append(_failures(runs[mine], report.runs[mine]))
     found.append(TextTable("Where to look next", (), (), lead="\n".join(_next(root, runs, mine))))
     return found
-
-
-def _beside(lead: Group, rest: Sequence[Group]) -> list[int]:
-    """Return the runs of the table: the leading group, with the largest of its scenario if it is one run."""
-    if len(lead.runs) > 1 or lead.scenario is None:
-        return list(lead.runs)
-    others = [g for g in rest if g.scenario == lead.scenario and g.alike]
-    return [*lead.runs, *(max(others, key=lambda g: len(g.runs)).runs if others else ())]
 
 
 def _table(

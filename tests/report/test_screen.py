@@ -73,8 +73,9 @@ def test_my_run_is_marked_among_the_rows_of_its_scenario(lines: list[str]) -> No
 
 def test_other_groups_are_a_line_each(lines: list[str]) -> None:
     at = lines.index("Also here")
-    assert lines[at + 1 : at + 5] == [
-        "4 more of these trials: antipodal-6dof 142/180, random-10 135/180, random 61/180 and 1 more",
+    assert lines[at + 1 : at + 6] == [
+        "4 more of these trials: antipodal-6dof 142/180, random-10 135/180, random 61/180",
+        "  and 1 more",
         "table4, development seed 0, 24 trials: htc-grasp 23/24, oracle 24/24",
         "table4, seeds 5 to 9, 180 trials each: htc-grasp 869/900 = 96.6% (95.2% – 97.6%)",
         "11 scenarios, seed 0, 180 trials each: htc-grasp 93.3% (heavy) to 100.0% (ideal)",
@@ -87,6 +88,7 @@ def test_failures_are_told_with_reasons_and_what_to_do(lines: list[str]) -> None
     assert "missed 5 the fingers closed without holding the object: beer_mug, butter_dish" in text
     assert "--trial 9 --video trial.gif" in text
     assert "--format html" in text
+    assert max(len(line) for line in lines if not line.startswith("  grasp-bench")) <= 80
 
 
 def test_a_fresh_copy_has_no_run_of_mine(tmp_path: Path) -> None:
@@ -147,6 +149,20 @@ def test_the_newest_few_are_chosen_before_the_best(tmp_path: Path) -> None:
         aged(run.folder, 500)
     assert made_last(runs, names) is None
     assert newest(runs, names, grouped(summaries)) == [1, 2, 4, 5]
+
+
+def test_a_run_alone_is_shown_with_others_of_its_scenario(tmp_path: Path) -> None:
+    """A few trials to begin with are a group of their own; on the page it would stand beside no reference."""
+    for i in range(3):
+        aged(write_run(tmp_path / "reference" / f"r{i}", f"m:P{i}", ["success"] * 4), 500)
+    mine = aged(write_run(tmp_path / "mine", "m:Mine", ["missed"]), 0)
+    runs = [RunResults(f) for f in find_runs(tmp_path)]
+    names = [r.folder.relative_to(tmp_path).as_posix() for r in runs]
+    groups = grouped([Summary.of(r, tmp_path) for r in runs], made_last(runs, names))
+    assert [len(g.runs) for g in groups] == [1, 3]
+    first, *others = newest(runs, names, groups)
+    assert runs[first].folder == mine
+    assert len(others) == 3
 
 
 def test_the_command_prints_the_screen_and_all_on_request(results: Path) -> None:

@@ -10,10 +10,10 @@ python=${PYTHON:-$here/.venv/bin/python}
 before=${1:-}
 [ -z "$before" ] || before=$(cd "$before" && pwd)
 if [ -n "${QUICK:-}" ]; then
-  trials=2 many=2 scenes=1 rounds=1 repeats=1 steps=6 predictors=oracle,antipodal records=100
+  trials=4 many=2 scenes=1 rounds=1 repeats=1 steps=6 predictors=oracle,antipodal records=100
 else
   trials=180 many=180 scenes=50 rounds=3 repeats=10 steps=10 records="1000 10000 100000"
-  predictors=htc-grasp,htc-grasp-1000,htc-grasp-no-ea,htc-grasp-no-ca,gg-cnn,gg-cnn2,gr-convnet,gr-convnet-16,tf-grasp,antipodal,centroid,oracle
+  predictors=htc-grasp,htc-grasp-1000,htc-grasp-no-ea,htc-grasp-no-ca,gg-cnn,gg-cnn2,gr-convnet,gr-convnet-16,antipodal,centroid,random,oracle
 fi
 # As an installed package has it: byte code is written once. Folders and caches of the trees stay as they are.
 unset PYTHONDONTWRITEBYTECODE

@@ -1,8 +1,8 @@
 #!/bin/sh
 # All speeds that a change of this package may move, in one go: benchmarks/all_idle.sh [BEFORE] | tee speeds.txt
 #
-# BEFORE is a checkout of an older state, measured in turn with this one. On two idle cores it takes about 8
-# minutes, with BEFORE about 20, and a few more where scenes are not in the model cache yet. QUICK=1 does little
+# BEFORE is a checkout of an older state, measured in turn with this one. By estimate it takes 8 minutes on
+# two idle cores, with BEFORE 20, and a few more where scenes are not in the model cache yet. QUICK=1 does little
 # of each, to see that all of it runs. Needs the package's Python as PYTHON (by default .venv/bin/python here).
 set -eu
 here=$(cd "$(dirname "$0")/.." && pwd)
@@ -10,10 +10,10 @@ python=${PYTHON:-$here/.venv/bin/python}
 before=${1:-}
 [ -z "$before" ] || before=$(cd "$before" && pwd)
 if [ -n "${QUICK:-}" ]; then
-  trials=2 many=2 scenes=1 rounds=1 repeats=1 steps=6 predictors=oracle,antipodal records=100
+  trials=4 many=2 scenes=1 rounds=1 repeats=1 steps=6 predictors=oracle,antipodal records=100
 else
   trials=180 many=180 scenes=50 rounds=3 repeats=10 steps=10 records="1000 10000 100000"
-  predictors=htc-grasp,htc-grasp-1000,htc-grasp-no-ea,htc-grasp-no-ca,gg-cnn,gg-cnn2,gr-convnet,gr-convnet-16,tf-grasp,antipodal,centroid,oracle
+  predictors=htc-grasp,htc-grasp-1000,htc-grasp-no-ea,htc-grasp-no-ca,gg-cnn,gg-cnn2,gr-convnet,gr-convnet-16,antipodal,centroid,random,oracle
 fi
 # As an installed package has it: byte code is written once. Folders and caches of the trees stay as they are.
 unset PYTHONDONTWRITEBYTECODE
@@ -41,6 +41,7 @@ part "Scenes of training data" "$here" synth.py \
 part "Training" "$here" training.py "htc-grasp gr-convnet --steps $steps"
 part "12 predictors on the same trials" "$here" bench_table.py \
   "$before $here --trials $many --predictors $predictors"
-part "Latency of networks" "$here" latency.py "--repeats $repeats"
+part "Latency of networks" "$here" latency.py \
+  "--repeats $repeats --predictor htc-grasp --predictor gr-convnet --predictor tf-grasp"
 part "Workers, Ray, large runs" "$here" scaling.py "--trials $((trials < 120 ? trials : 120)) --records $records"
 date

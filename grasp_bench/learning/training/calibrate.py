@@ -90,13 +90,12 @@ def calibrate(network: nn.Module, kind: Kind, scenes: Iterable[HeldOut]) -> Cali
 def _least(held: Floats) -> int:
     """Return the first column of (scenes, openings) that loses no more to the best than chance might.
 
-    The rule of one standard error (L. Breiman and others, Classification and Regression Trees, 1984), here of
-    the paired differences: the largest of several noisy counts says too much for wide openings, which
-    collide where others stand near.
+    That is two standard errors of the paired difference. The largest of several noisy counts alone says too
+    much for wide openings, which collide where others stand near.
     """
     lost = held[:, [held.sum(0).argmax()]] - held
     error = np.sqrt(((lost - lost.mean(0)) ** 2).sum(0))
-    return int((lost.sum(0) <= error).argmax())
+    return int((lost.sum(0) <= 2 * error).argmax())
 
 
 def _held(scene: HeldOut, grasp: Grasp) -> list[bool]:

@@ -95,7 +95,7 @@ def main(dist: Path) -> None:
                 "Trials failed for no fault of the predictor:\n" + (home / "out" / "trials.jsonl").read_text()
             )
         use(python, "-m", "pip", "install", "-q", "--no-deps", rivals.resolve())
-        where = use(python, "-c", "from grasp_bench.system.paths import rivals_dir; print(rivals_dir())")
+        where = use(python, "-c", "from grasp_bench.system.paths import rivals_dirs; print(*rivals_dirs())")
         assert str(home) in where, f"the rivals' weights are looked for in {where.strip()}"
         for name in large[:1]:
             use(command, "run", "--predictor", name, "--trials", "1", "--out", "rival", "--quiet")

@@ -8,8 +8,11 @@ from typing import Any, Literal
 
 Kind = Literal["rgbd", "rgb", "depth", "rgd"]
 
-CHANNELS: dict[str, int] = {"depth": 1, "rgb": 3, "rgbd": 4, "rgd": 3}
-"""Input channels of each kind; 'rgbd' has depth first, as GR-ConvNet does, 'rgd' depth instead of blue."""
+PLANES: dict[str, str] = {"depth": "d", "rgb": "rgb", "rgbd": "drgb", "rgd": "rgd"}
+"""Input channels of each kind by their letters; 'rgbd' has depth first, as GR-ConvNet does, 'rgd' depth
+instead of blue."""
+CHANNELS: dict[str, int] = {kind: len(planes) for kind, planes in PLANES.items()}
+"""Their number."""
 
 Targets = Literal["maps", "rectangles", "tries"]
 """What a network learns from: four maps, rectangles that hold, or rectangles with those that failed."""

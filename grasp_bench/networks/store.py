@@ -16,7 +16,7 @@ from safetensors import SafetensorError, safe_open
 
 from grasp_bench.errors import AssetError
 from grasp_bench.system.integrity import MANIFEST, sha256
-from grasp_bench.system.paths import assets_dir, rivals_dir
+from grasp_bench.system.paths import assets_dir, rivals_dirs
 
 LARGEST = 12_000_000
 """Bytes from which on a weight file is packed, and beyond which it is for ``grasp-bench-rivals``."""
@@ -138,10 +138,8 @@ def shipped_file(name: str, network: str = "") -> WeightsFile:
     It is the package's own, or where that is not there, one of ``grasp-bench-rivals``.
     """
     own = WeightsFile(assets_dir() / "weights" / f"{name}.safetensors", network or name)
-    apart = rivals_dir()
-    if own.present or apart is None or not (apart / own.name).is_file():
-        return own
-    return replace(own, path=apart / own.name)
+    places = [] if own.present else [folder / own.name for folder in rivals_dirs()]
+    return replace(own, path=next((place for place in places if place.is_file()), own.path))
 
 
 def place_to_ship(name: str, size: int) -> WeightsFile:
@@ -153,7 +151,7 @@ def place_to_ship(name: str, size: int) -> WeightsFile:
     own = WeightsFile(assets_dir() / "weights" / f"{name}.safetensors", name)
     if size <= LARGEST:
         return own
-    apart = rivals_dir()
+    apart = next(iter(rivals_dirs()), None)
     if size > LARGEST_APART or apart is None:
         why = f"which takes {LARGEST_APART:,}" if size > LARGEST_APART else "and no folder of that is here"
         raise AssetError(

@@ -27,7 +27,7 @@ from grasp_bench.runs.results import RunResults
 from grasp_bench.runs.statistics import Rate, holm, trials_to_distinguish
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.studies.rank import folder_name
-from grasp_bench.studies.weights_table import trained_on, weights_table
+from grasp_bench.studies.weights_table import CUT_OFF, trained_on, weights_table
 from grasp_bench.system.graphics import prepare, resolve_renderer
 from grasp_bench.system.machine import usable_cores
 
@@ -217,6 +217,7 @@ def _compared(comparison: dict[str, Any]) -> TextTable:
         missing = row["planned_trials"] - row["trials"]
         name = row["predictor"] + (" (control)" if row["kind"] == "control" else "")
         name += f", {missing} to go" if missing else ""
+        name += CUT_OFF if (row["weights"] or {}).get("ended") == "minutes" else ""
         rows.append(Row("grasp-bench", name, Rate(row["successes"], row["trials"]), run=row["run"]))
         compared = "p_value" in row
         alone.append(f"{row['reference_only']} : {row['this_only']}" if compared else "")

@@ -18,6 +18,9 @@ NOTE = (
     "Table 4. Networks of equal steps, equal time or equal operations can be compared."
 )
 
+CUT_OFF = ", cut off by the clock"
+"""Of a network whose training was."""
+
 
 def trained_on(predictor: str, used: dict[str, str | None] | None) -> dict[str, Any] | None:
     """Return the training of a shipped network by its weights' metadata.
@@ -68,7 +71,7 @@ def weights_table(comparison: dict[str, Any]) -> TextTable:
         begun = f", begun with {w['begun_with']}" if w["begun_with"] else ""
         data = ", ".join(w["folders"] or ["?"]) + begun
         took = f"{w['minutes']} min" if w["minutes"] else "not recorded"
-        took += {"flat": ", flat", "minutes": ", cut off by the clock"}.get(w["ended"] or "", "")
+        took += {"flat": ", flat", "minutes": CUT_OFF}.get(w["ended"] or "", "")
         held, tried = w["held_out"] or (0, 0)
         rows.append(
             [

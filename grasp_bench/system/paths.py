@@ -22,14 +22,12 @@ def assets_dir() -> Path:
     return _shared("assets")
 
 
-def rivals_dir() -> Path | None:
-    """Return the folder with the weights of ``grasp-bench-rivals``; None where that is not there."""
+def rivals_dirs() -> list[Path]:
+    """Return the folders with weights of ``grasp-bench-rivals``: the checkout's, then the installed one's."""
     spec = find_spec("grasp_bench_rivals")
-    beside = _PACKAGE.parent / "rivals" / "grasp_bench_rivals"
-    for package in (beside, *(Path(p) for p in (spec and spec.submodule_search_locations) or ())):
-        if (package / "weights").is_dir():
-            return package / "weights"
-    return None
+    installed = [Path(p) for p in (spec and spec.submodule_search_locations) or ()]
+    packages = [_PACKAGE.parent / "rivals" / "grasp_bench_rivals", *installed]
+    return [package / "weights" for package in packages if (package / "weights").is_dir()]
 
 
 def scenarios_dir() -> Path:

@@ -95,7 +95,7 @@ def test_large_weights_are_found_beside_the_package(tmp_path: Path, monkeypatch:
     apart.mkdir()
     (own / "weights").mkdir(parents=True)
     monkeypatch.setattr(store, "assets_dir", lambda: own)
-    monkeypatch.setattr(store, "rivals_dir", lambda: apart)
+    monkeypatch.setattr(store, "rivals_dirs", lambda: [tmp_path / "checkout's", apart])
     assert shipped_file("fcgn").path == own / "weights" / "fcgn.safetensors"
     with pytest.raises(AssetError, match=r"pip install grasp-bench-rivals.*train --predictor fcgn"):
         shipped_file("fcgn").require()
@@ -107,11 +107,12 @@ def test_large_weights_are_found_beside_the_package(tmp_path: Path, monkeypatch:
     with pytest.raises(AssetError, match="SHA-256"):
         shipped_file("fcgn").intact()
 
+    monkeypatch.setattr(store, "rivals_dirs", lambda: [apart])
     assert place_to_ship("fcgn", LARGEST).path.parent == own / "weights"
     assert place_to_ship("fcgn", LARGEST + 1).path.parent == apart
     with pytest.raises(AssetError, match="30,000,001 bytes"):
         place_to_ship("fcgn", LARGEST_APART + 1)
-    monkeypatch.setattr(store, "rivals_dir", lambda: None)
+    monkeypatch.setattr(store, "rivals_dirs", lambda: [])
     assert shipped_file("fcgn").path == own / "weights" / "fcgn.safetensors"
     with pytest.raises(AssetError, match="no folder of that is here"):
         place_to_ship("fcgn", LARGEST + 1)

@@ -83,6 +83,22 @@ def test_reference_runs_compared() -> None:
     assert len(table.rows) == 5 + len(found["rows"])
     line = next(r for r in table.rows if r[1] == "displaced (control)")
     assert line[2:5] == ["0/180", "0.0%", "0.0% – 2.1%"]
+    told = (
+        "input",
+        "steps",
+        "batch",
+        "seed",
+        "minutes",
+        "flops",
+        "held_out",
+        "scenes",
+        "folders",
+        "begun_with",
+    )
+    for name, ended in (("gg-cnn", "minutes"), ("gr-convnet", "flat")):
+        rows[name]["weights"] = {"parameters": 1, "ended": ended} | dict.fromkeys(told)
+    names = [r[1] for r in tables({**found, "rows": [rows["gg-cnn"], rows["gr-convnet"]]}, [])[0].rows]
+    assert names[-2:] == ["gg-cnn, cut off by the clock", "gr-convnet"]
 
 
 def test_ablations_are_compared_with_the_network_of_their_budget() -> None:

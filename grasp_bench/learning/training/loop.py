@@ -16,22 +16,20 @@ import torch
 from torch import Tensor, nn
 from torch.utils.flop_counter import FlopCounterMode
 
-from grasp_bench.errors import AssetError, GraspBenchError
+from grasp_bench.errors import GraspBenchError
 from grasp_bench.learning.data.scenes import SceneSet
 from grasp_bench.learning.training.batches import batches, make_batch
 from grasp_bench.learning.training.checkpoint import load_checkpoint, save_checkpoint
 from grasp_bench.learning.training.config import TrainConfig
 from grasp_bench.learning.training.course import Course
+from grasp_bench.learning.training.first_weights import first_weights
 from grasp_bench.learning.training.held_out import held_out_scenes
 from grasp_bench.learning.training.log import RunLog
 from grasp_bench.learning.training.step import Learner, choose_device
 from grasp_bench.learning.training.validate import Accuracy, Judge, evenly
-from grasp_bench.networks.registry import NETWORKS, build, info, input_kind
-from grasp_bench.networks.resnet import begin_with_trunk
+from grasp_bench.networks.registry import build, info, input_kind
 from grasp_bench.networks.rows import Detector
 from grasp_bench.networks.spec import Kind
-from grasp_bench.networks.store import WeightsFile, stored_input
-from grasp_bench.networks.weights import load
 from grasp_bench.system.locking import Lock
 from grasp_bench.system.machine import usable_cores
 
@@ -70,7 +68,8 @@ def train(
         init: weights to begin with instead of random ones.
 
     Raises:
-        AssetError: the checkpoint is damaged or of another run, or ``init`` is for another input.
+        AssetError: the checkpoint is damaged or of another run, or ``init`` is for an input that lacks a
+            channel.
         GraspBenchError: the loss became infinite or NaN, there is no such device, ``out`` cannot be written,
             or another training writes to it.
     """
@@ -96,7 +95,7 @@ def _train(
     cv2.setNumThreads(1)
     torch.set_num_threads(config.threads or usable_cores())
     torch.manual_seed(config.seed)
-    network = build(config.network, kind) if init is None else _begin(config.network, kind, init)
+    network = build(config.network, kind) if init is None else first_weights(config.network, kind, init)
     learner = Learner.of(network, config, device)
     state = learner.network, learner.average, learner.optimizer
 
@@ -186,18 +185,3 @@ def _read(unread: list[dict[str, Tensor]], done: int) -> dict[str, float]:
 def shown(config: TrainConfig) -> str:
     """Return kind and side [px] of the network's input, as in the metadata of weights."""
     return f"{input_kind(config.network, config.input)} {info(config.network).crop}"
-
-
-def _begin(name: str, kind: Kind, init: Path) -> nn.Module:
-    """Load the weights of ``init``, or of a trunk for this network; AssetError when for another input."""
-    stored_for = WeightsFile(init).metadata().get("network", name)
-    if stored_for in NETWORKS and info(stored_for).group == "trunks" and info(name).group != "trunks":
-        network = build(name, kind)
-        if not begin_with_trunk(network, load(stored_for, init)[0].state_dict()):
-            raise AssetError(f"{init} holds the trunk {stored_for}, of which nothing fits {name}.")
-        return network
-    network, metadata = load(name, init)
-    stored = input_kind(name, stored_input(metadata))
-    if stored != kind:
-        raise AssetError(f"{init} holds weights for {stored} input, not {kind}; give --input {stored}.")
-    return network.requires_grad_(True)

@@ -90,12 +90,12 @@ def calibrate(network: nn.Module, kind: Kind, scenes: Iterable[HeldOut]) -> Cali
 def _least(held: Floats) -> int:
     """Return the first column of (scenes, openings) that loses no more to the best than chance might.
 
-    That is two standard errors of the paired difference. The largest of several noisy counts alone says too
-    much for wide openings, which collide where others stand near.
+    By the rule of one standard error (L. Breiman and others, Classification and Regression Trees, 1984), here
+    McNemar's: the root of the number of scenes in which only one of two openings holds. The largest of several
+    noisy counts alone says too much for wide openings, which collide where others stand near.
     """
     lost = held[:, [held.sum(0).argmax()]] - held
-    error = np.sqrt(((lost - lost.mean(0)) ** 2).sum(0))
-    return int((lost.sum(0) <= 2 * error).argmax())
+    return int((lost.sum(0) <= np.sqrt(np.abs(lost).sum(0))).argmax())
 
 
 def _held(scene: HeldOut, grasp: Grasp) -> list[bool]:

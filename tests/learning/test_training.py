@@ -29,7 +29,8 @@ from grasp_bench.learning.evaluation.evaluate import Question, evaluate
 from grasp_bench.learning.training.augment import View, crop_scene, jitter_colour, jitter_depth, random_view
 from grasp_bench.learning.training.batches import ROWS, make_batch, make_sample, scenes_of_step
 from grasp_bench.learning.training.config import TrainConfig
-from grasp_bench.learning.training.loop import CHECKPOINT, _begin, _read, train
+from grasp_bench.learning.training.first_weights import first_weights
+from grasp_bench.learning.training.loop import CHECKPOINT, _read, train
 from grasp_bench.learning.training.loss import grasp_loss
 from grasp_bench.learning.training.step import Learner, choose_device
 from grasp_bench.learning.training.validate import is_hit, validate
@@ -579,12 +580,12 @@ def test_a_detector_begins_with_a_trunk(folder: Path, tmp_path: Path) -> None:
     trunk = build("trunk-resnet50", "rgb")
     path = tmp_path / "trunk.safetensors"
     save(trunk, path, {"network": "trunk-resnet50", "input": "rgb 224"})
-    network = _begin("kumra-resnet50", "rgb", path)
+    network = first_weights("kumra-resnet50", "rgb", path)
     wanted = trunk.state_dict()["trunk.stages.1.0.body.0.weight"].half().float()
     found = network.state_dict()["trunks.0.stages.1.0.body.0.weight"]
     assert (found - wanted).abs().max() <= wanted.abs().max() / 100, "but for rounding in the file"
     with pytest.raises(AssetError, match="of which nothing fits gg-cnn"):
-        _begin("gg-cnn", "depth", path)
+        first_weights("gg-cnn", "depth", path)
 
 
 def test_export_installs_weights_card_and_hash(folder: Path, tmp_path: Path, monkeypatch) -> None:

@@ -91,8 +91,8 @@ def _least(held: Floats) -> int:
     """Return the first column of (scenes, openings) that loses no more to the best than chance might.
 
     By the rule of one standard error (L. Breiman and others, Classification and Regression Trees, 1984), here
-    McNemar's: the root of the number of scenes in which only one of two openings holds. The largest of several
-    noisy counts alone says too much for wide openings, which collide where others stand near.
+    McNemar's: the root of the number of scenes in which only one of two openings holds. The largest of
+    several noisy counts alone says too much for wide openings, which collide where others stand near.
     """
     lost = held[:, [held.sum(0).argmax()]] - held
     return int((lost.sum(0) <= np.sqrt(np.abs(lost).sum(0))).argmax())

@@ -46,8 +46,8 @@ def build(name: str, kind: str | None = None) -> nn.Module:
 
 
 def parameter_count(network: nn.Module) -> int:
-    """Return the number of trainable values."""
-    return sum(p.numel() for p in network.parameters() if p.requires_grad)
+    """Return the number of values that training sets, also where they are fixed by now."""
+    return sum(p.numel() for p in network.parameters())
 
 
 def all_weights() -> dict[str, tuple[Network, Weights]]:

@@ -114,6 +114,7 @@ def model_card(facts: dict[str, Any]) -> str:
     config, data = facts["config"], facts["data"]
     told = [k for k in TrainConfig.model_fields if k not in TOLD_ELSEWHERE and config.get(k) is not None]
     settings = ", ".join(f"{k} {config[k]}" for k in told)
+    judged = min(config.get("validate_scenes") or data["val"], data["val"])
     return f"""# {facts["network"]}
 
 Weights for `grasp-bench`, network `{facts["network"]}` with {facts["parameters"]:,} parameters, input
@@ -127,7 +128,7 @@ Weights for `grasp-bench`, network `{facts["network"]}` with {facts["parameters"
 {facts["commands"]}{_calibration_command(facts)}
 ```
 
-## Accuracy on {data["val"]} held-out synthetic scenes
+## Accuracy on {judged} held-out synthetic scenes
 | measure | right | of | 95 % interval |
 |---|---|---|---|
 | best grasp agrees with the label maps (quality ≥ 0.5, 20°, width) | {_row(facts["accuracy"]["top1"])} |

@@ -1,4 +1,4 @@
-"""Makes the pictures of README and docs: ``python scripts/make_images.py [arm trial objects gallery]``."""
+"""Makes the pictures of README and docs: ``python scripts/make_images.py [NAME …]``; all without a name."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import mujoco  # noqa: E402
 import numpy as np  # noqa: E402
 from PIL import Image, ImageDraw  # noqa: E402
 
-from grasp_bench.objects.catalog import Catalog  # noqa: E402
+from grasp_bench.objects.catalog import Catalog, folder_of  # noqa: E402
 from grasp_bench.predictors import load_predictor  # noqa: E402
 from grasp_bench.scenario.reading import load_scenario  # noqa: E402
 from grasp_bench.scene.builder import compile_scene  # noqa: E402
@@ -123,6 +123,13 @@ def grid() -> None:
     sheet.convert("RGB").save(IMAGES / "grid.jpg", quality=85)
 
 
+def side() -> None:
+    """Contact sheet of the things that only a hand from the side can hold, upright as in side-grasps."""
+    catalog = Catalog(folder_of("side-objects"))
+    sheet = contact_sheet([catalog.load(n) for n in catalog.names], columns=6)
+    sheet.convert("RGB").save(IMAGES / "side-objects.jpg", quality=85)
+
+
 def gallery() -> None:
     """Every object from two sides with its convex pieces and its grasp, a sheet a family."""
     catalog = Catalog()
@@ -137,6 +144,7 @@ def gallery() -> None:
 
 if __name__ == "__main__":
     IMAGES.mkdir(exist_ok=True)
-    makers = {"arm": arm, "trial": trial, "objects": objects, "grid": grid, "gallery": gallery}
+    makers = {"arm": arm, "trial": trial, "objects": objects, "grid": grid}
+    makers |= {"side": side, "gallery": gallery}
     for name in sys.argv[1:] or makers:
         makers[name]()

@@ -60,7 +60,7 @@ def measure(trials: int, predictor: str, records: list[int]) -> dict[str, Any]:
         for count in records:
             folder = home / f"records-{count}"
             write_part(folder, count, WHOLE)
-            took = {"records": count}
+            took: dict[str, float] = {"records": count}
             for fmt in FORMATS:
                 command = [sys.executable, "-m", "grasp_bench.cli", "report", str(folder), "--format", fmt]
                 took[fmt], _ = timed([*command, "--out", str(home / f"report.{fmt}")])

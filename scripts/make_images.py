@@ -1,6 +1,6 @@
 """Makes the pictures of README and docs.
 
-``python scripts/make_images.py [arm trial objects grid gallery figures]``
+``python scripts/make_images.py [arm trial objects grid side gallery figures]``
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np  # noqa: E402
 from PIL import Image, ImageDraw  # noqa: E402
 
 from grasp_bench.learning.evaluation.compare import compare, images  # noqa: E402
-from grasp_bench.objects.catalog import Catalog  # noqa: E402
+from grasp_bench.objects.catalog import Catalog, folder_of  # noqa: E402
 from grasp_bench.predictors import load_predictor  # noqa: E402
 from grasp_bench.predictors.shipped import SHIPPED  # noqa: E402
 from grasp_bench.scenario.reading import load_scenario  # noqa: E402
@@ -133,6 +133,13 @@ def grid() -> None:
     sheet.convert("RGB").save(IMAGES / "grid.jpg", quality=85)
 
 
+def side() -> None:
+    """Contact sheet of the things that only a hand from the side can hold, upright as in side-grasps."""
+    catalog = Catalog(folder_of("side-objects"))
+    sheet = contact_sheet([catalog.load(n) for n in catalog.names], columns=6)
+    sheet.convert("RGB").save(IMAGES / "side-objects.jpg", quality=85)
+
+
 def gallery() -> None:
     """Every object from two sides with its convex pieces and its grasp, a sheet a family."""
     catalog = Catalog()
@@ -173,6 +180,6 @@ def figures() -> None:
 
 if __name__ == "__main__":
     IMAGES.mkdir(exist_ok=True)
-    makers = {m.__name__: m for m in (arm, trial, objects, grid, gallery, figures)}
+    makers = {m.__name__: m for m in (arm, trial, objects, grid, side, gallery, figures)}
     for name in sys.argv[1:] or makers:
         makers[name]()

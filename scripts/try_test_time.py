@@ -55,7 +55,7 @@ def ways(network: Network, x: Maps) -> dict[str, list[Grasp]]:
     """Return the grasp that each way picks of an input (C, H, W)."""
     own = network(x)
     views = [own, *(turned(network, x, k) for k in (1, 2, 3))]
-    mean = np.mean(views, axis=0)
+    mean = np.mean(views, axis=0, dtype=np.float32)
     agreed = np.stack([np.min([view[0] for view in views], axis=0), *mean[1:]])
     return {
         "as it is": best(own),

@@ -103,23 +103,20 @@ def evaluate_command(
     from grasp_bench.report.tables import markdown, show
 
     console = Console(stderr=fmt != "table")
-    if predictor is None:
-        predictor = (
-            "htc-grasp" if weights is None else WeightsFile(weights).metadata().get("network", "htc-grasp")
-        )
-    question = Question(predictor, dataset, root, split, protocol, folds, fold, weights, depth, seed, rim)
+    name = predictor or _network_of(weights)
+    question = Question(name, dataset, root, split, protocol, folds, fold, weights, depth, seed, rim)
     if rim and protocol == "legacy":
         raise GraspBenchError("--rim is for --protocol strict; legacy always leaves out 20 px.")
     training = None
     if kind is not None and not train_steps:
         raise GraspBenchError("--input is for --train-steps; weights are shown what they were trained on.")
     if train_steps:
-        shown = input_kind(predictor, kind)  # only networks can be trained; the error lists them
+        shown = input_kind(name, kind)  # only networks can be trained; the error lists them
         if weights is not None:
             raise GraspBenchError("--weights is evaluated as it is; with --train-steps, give it as --init.")
-        begin = {"shipped": shipped_file(predictor).path, "none": None}.get(init, Path(init))
+        begin = {"shipped": shipped_file(name).path, "none": None}.get(init, Path(init))
         config = TrainConfig(
-            network=predictor,
+            network=name,
             input=shown if kind else None,
             steps=train_steps,
             batch=batch,
@@ -130,7 +127,7 @@ def evaluate_command(
             checkpoint_every=train_steps,
             validate_every=train_steps,
         )
-        where = runs or Path("runs") / f"evaluate-{dataset}-{predictor}"
+        where = runs or Path("runs") / f"evaluate-{dataset}-{name}"
         training = Training(config, begin, data or [], real_share, where)
     tally = {"done": 0, "correct": 0}
     with console.status("Evaluating …") as status:
@@ -155,6 +152,12 @@ def evaluate_command(
     else:
         console.print("\n".join(summary(result)), markup=False, highlight=False)
         show([table], console)
+
+
+def _network_of(weights: Path | None) -> str:
+    """Return the network that weights are of, and the default without."""
+    told = WeightsFile(weights).metadata() if weights is not None else {}
+    return str(told.get("network", "htc-grasp"))
 
 
 def bench_table_command(

@@ -54,14 +54,14 @@ def best(maps: Maps, sigma: float = 2.0, wider: float = 0.0) -> list[Grasp]:
 def ways(network: Network, x: Maps) -> dict[str, list[Grasp]]:
     """Return the grasp that each way picks of an input (C, H, W)."""
     own = network(x)
-    views = [own, *(turned(network, x, k) for k in (1, 2, 3))]
-    mean = np.mean(views, axis=0, dtype=np.float32)
-    agreed = np.stack([np.min([view[0] for view in views], axis=0), *mean[1:]])
+    views = np.stack([own, *(turned(network, x, k) for k in (1, 2, 3))])
+    mean = views.mean(0)
+    agreed = np.stack([views[:, 0].min(0), *mean[1:]])
     return {
         "as it is": best(own),
         **{f"opened {wider} px wider": best(own, wider=wider) for wider in (3, 6, 9, 12)},
         **{f"maps smoothed by {sigma:g} px instead of 2": best(own, sigma) for sigma in (1.0, 3.0, 4.0)},
-        "mean with the mirror image (2 passes)": best((own + mirrored(network, x)) / 2),
+        "mean with the mirror image (2 passes)": best(np.stack([own, mirrored(network, x)]).mean(0)),
         "mean of four quarter turns (4 passes)": best(mean),
         "least quality of four quarter turns (4 passes)": best(agreed),
         "mean of four quarter turns, 6 px wider": best(mean, wider=6),

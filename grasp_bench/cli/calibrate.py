@@ -15,7 +15,7 @@ def calibrate_command(
         typer.Option("--weights", help="Its .safetensors file, e.g. of `train`; by default the shipped one."),
     ] = None,
     scenes: Annotated[
-        int, typer.Option(min=20, help="Held-out synthetic scenes whose two best grasps are carried out.")
+        int, typer.Option(min=1, help="Held-out synthetic scenes whose two best grasps are carried out.")
     ] = 200,
 ) -> None:
     """Calibrate trained weights in physics, once, after the training; the result is stored in the file.

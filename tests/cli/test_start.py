@@ -8,12 +8,15 @@ import pytest
 from typer.models import OptionInfo
 
 from grasp_bench.cli.run import run_command
-from grasp_bench.cli.start import GUESSED, begun_ahead, guess
+from grasp_bench.cli.start import GUESSED, UNLIKE, begun_ahead, guess
 
 
 def test_guessed_defaults_are_those_of_the_command() -> None:
     parameters = inspect.signature(run_command).parameters
-    assert {name: str(parameters[name].default) for name in GUESSED} == GUESSED
+    defaults = {name: str(parameters[name].default) for name in GUESSED}
+    assert parameters["predictor"].default is None, "or that of the weights, with which none are begun here"
+    assert defaults | {"predictor": "htc-grasp"} == GUESSED
+    assert "--weights" in UNLIKE
     assert not any(isinstance(parameters[name].default, OptionInfo) for name in GUESSED)
 
 

@@ -20,7 +20,6 @@ import grasp_bench as gb
 from grasp_bench.camera import Intrinsics, RgbdImage
 from grasp_bench.doctor import conformance
 from grasp_bench.errors import PredictorError
-from grasp_bench.predictors import identity
 from grasp_bench.predictors.identity import identify
 from grasp_bench.predictors.protocol import ask
 from grasp_bench.report.ending import ending
@@ -168,7 +167,7 @@ def test_an_instance_that_goes_elsewhere_leaves_the_results_here(
 def test_the_parent_does_not_make_a_predictor_itself(
     name: str, words: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(identity, "START_SECONDS", 5.0)
+    monkeypatch.setattr("grasp_bench.predictors.command.START_SECONDS", 5.0)
     with pytest.raises(PredictorError, match=words):
         identify(f"foreign_predictors:{name}")
 

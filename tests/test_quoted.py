@@ -73,7 +73,6 @@ def test_the_table_of_readme_is_that_of_the_runs(make_tables: ModuleType) -> Non
     assert between("README.md", "table4") == markdown([make_tables.with_predicted(table, merits)]).strip()
 
 
-@pytest.mark.xfail(strict=True, reason="committed runs are of weights before calibration: to be made anew")
 def test_the_leaderboard_is_that_of_the_runs_and_of_shipped_weights(make_tables: ModuleType) -> None:
     assert between("docs/leaderboard.md", "leaderboard") == make_tables.leaderboard().strip()
 

@@ -381,6 +381,7 @@ def test_weights_of_ones_own_need_no_name(tmp_path: Path) -> None:
         (("--predictor", "htc-grsp"), "Did you mean htc-grasp"),
         (("--predictor", "antipodal", "--train-steps", "3"), "Unknown network"),
         (("--protocol", "legacy", "--predictor", "antipodal"), "--protocol strict"),
+        (("--protocol", "legacy", "--predictor", "lenz-sae"), "lenz-sae gives grasps and no maps"),
     ],
 )
 def test_bad_questions(tmp_path: Path, arguments: tuple[str, ...], message: str) -> None:

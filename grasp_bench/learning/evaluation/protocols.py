@@ -152,6 +152,8 @@ def _maps(predictor: Any, image: RgbdImage, rng: np.random.Generator) -> GraspMa
     try:
         begin(predictor, rng)
         maps = predictor.maps(image)
+    except GraspBenchError:  # of a server: this image's; of a detector, which has no maps: of all
+        raise
     except (Exception, SystemExit) as error:  # anything a foreign predictor may raise
         raise PredictorError(f"maps() raised {type(error).__name__}: {str(error)[:1000]}") from error
     if not isinstance(maps, GraspMaps) or maps.quality.shape != image.depth.shape:

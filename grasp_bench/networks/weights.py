@@ -44,9 +44,7 @@ def save(network: nn.Module, path: Path, metadata: dict[str, Any]) -> None:
 
 def with_facts(file: WeightsFile, metadata: dict[str, Any]) -> None:
     """Write a file of weights anew with other metadata; its tensors stay as they are, packed or not."""
-    with file.opened("pt") as (stored, _):
-        tensors = {key: stored.get_tensor(key) for key in stored.keys()}  # noqa: SIM118
-    write_whole(file.path, to_bytes(tensors, _header(metadata)))
+    write_whole(file.path, to_bytes(_stored(file)[0], _header(metadata)))
 
 
 def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]]:
@@ -62,8 +60,7 @@ def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]
     info(name)  # a wrong name is refused before a missing file
     file = shipped_file(name) if path is None else WeightsFile(Path(path), name)
     file.intact()
-    with file.opened("pt") as (stored, metadata):
-        tensors = {key: stored.get_tensor(key) for key in stored.keys()}  # noqa: SIM118
+    tensors, metadata = _stored(file)
     path = file.path
     stored_for = metadata.get("network", name)
     if stored_for not in (name, *info(name).once):
@@ -93,6 +90,12 @@ def load(name: str, path: Path | None = None) -> tuple[nn.Module, dict[str, Any]
             raise AssetError(f"{path}: {key} has values that are not finite; fetch or train the file again.")
     network.load_state_dict({k: v.to(wanted[k].dtype) for k, v in tensors.items()})
     return network.eval(), metadata
+
+
+def _stored(file: WeightsFile) -> tuple[dict[str, torch.Tensor], dict[str, Any]]:
+    """Read tensors, as they are in the file, and metadata."""
+    with file.opened("pt") as (stored, metadata):
+        return {key: stored.get_tensor(key) for key in stored.keys()}, metadata  # noqa: SIM118
 
 
 def _header(metadata: dict[str, Any]) -> dict[str, str]:

@@ -17,6 +17,12 @@ from grasp_bench.system.locking import Lock
 BUSY = GraspBenchError("somebody else writes")
 
 
+def killed(path: Path, *lines: str) -> None:
+    """Run lines of Python about ``path`` in a process that kills itself there."""
+    code = "\n".join(["import os, pathlib, sys", "path = pathlib.Path(sys.argv[1])", *lines])
+    assert subprocess.run([sys.executable, "-c", code, path]).returncode == -signal.SIGKILL
+
+
 def test_what_cannot_be_written_to_its_end_leaves_the_old_file(tmp_path: Path) -> None:
     path = tmp_path / "report.html"
     write_whole(path, b"old")
@@ -35,15 +41,12 @@ def test_what_cannot_be_written_to_its_end_leaves_the_old_file(tmp_path: Path) -
 def test_a_kill_while_writing_leaves_the_old_file_and_hinders_nobody(tmp_path: Path) -> None:
     path = tmp_path / "report.html"
     write_whole(path, b"old")
-    code = "\n".join(
-        [
-            "import os, sys, pathlib",
-            "from grasp_bench.system.integrity import replacing",
-            "with replacing(pathlib.Path(sys.argv[1])) as file:",
-            "    file.write(b'half'); file.flush(); os.kill(os.getpid(), 9)",
-        ]
+    killed(
+        path,
+        "from grasp_bench.system.integrity import replacing",
+        "with replacing(path) as file:",
+        "    file.write(b'half'); file.flush(); os.kill(os.getpid(), 9)",
     )
-    assert subprocess.run([sys.executable, "-c", code, path]).returncode == -signal.SIGKILL
     assert path.read_bytes() == b"old"
     write_whole(path, b"new")
     assert path.read_bytes() == b"new"
@@ -69,15 +72,12 @@ def test_the_second_is_refused_until_the_first_is_done(tmp_path: Path) -> None:
 
 def test_a_holder_that_was_killed_holds_nothing(tmp_path: Path) -> None:
     path = tmp_path / ".lock"
-    code = "\n".join(
-        [
-            "import os, sys, pathlib",
-            "from grasp_bench.system.locking import Lock",
-            "held = Lock(pathlib.Path(sys.argv[1]), ValueError())",
-            "os.kill(os.getpid(), 9)",
-        ]
+    killed(
+        path,
+        "from grasp_bench.system.locking import Lock",
+        "held = Lock(path, ValueError())",
+        "os.kill(os.getpid(), 9)",
     )
-    assert subprocess.run([sys.executable, "-c", code, path]).returncode == -signal.SIGKILL
     assert path.exists()
     with Lock(path, BUSY):
         pass

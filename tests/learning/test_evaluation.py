@@ -29,6 +29,7 @@ from grasp_bench.learning.evaluation.protocols import CONVENTIONS, best_grasp, m
 from grasp_bench.learning.training.config import TrainConfig
 from grasp_bench.networks.registry import NETWORKS
 from grasp_bench.networks.store import WeightsFile, shipped_file
+from grasp_bench.networks.weights import with_facts
 from grasp_bench.report.accuracy import accuracy_table
 from grasp_bench.report.paper import TABLE_1, TABLE_2
 from grasp_bench.report.since import SINCE, since_table
@@ -369,6 +370,20 @@ def test_weights_of_ones_own_need_no_name(tmp_path: Path) -> None:
     )
     assert result.exit_code == 0, result.output
     assert json.loads(result.stdout)["predictor"] == "gg-cnn"
+
+
+def test_weights_that_do_not_say_their_network_need_its_name(tmp_path: Path) -> None:
+    root = write_jacquard(tmp_path / "j", SMALL)
+    mine = tmp_path / "mine.safetensors"
+    shutil.copy(shipped_file("gg-cnn").path, mine)
+    file = WeightsFile(mine)
+    with_facts(file, {key: value for key, value in file.metadata().items() if key != "network"})
+    common = ("evaluate", "--dataset", "jacquard", "--root", root, "--weights", mine)
+    with pytest.raises(AssetError, match=r"mine\.safetensors does not say of which network it is"):
+        raise invoke(*common).exception or AssertionError
+    with pytest.raises(GraspBenchError, match="--weights is for networks; oracle is none"):
+        raise invoke(*common, "--predictor", "oracle").exception or AssertionError
+    assert invoke(*common, "--predictor", "gg-cnn").exit_code == 0
 
 
 @pytest.mark.parametrize(

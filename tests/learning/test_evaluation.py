@@ -418,3 +418,12 @@ def test_paper_rows() -> None:
     since = since_table()
     assert len(since.rows) == len(since.paper) == len(SINCE) >= 12
     assert {later.here for later in SINCE} - {""} <= set(NETWORKS)
+    assert all(later.source for later in SINCE)
+    ours = {"SE-ResUNet (2022)": "se-resunet", "SKGNet (2023)": "skgnet"}
+    assert {row[0]: row[-1] for row in since.rows if row[-1]} == ours
+
+
+def test_misprints_are_told_with_the_tables() -> None:
+    told = accuracy_table("cornell", []).note
+    for what in ("13.5 s", "98.3 % is no k/88 or k/89", "MultiGrasp", "three channels", "two grasps matches"):
+        assert what in told

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -24,6 +25,7 @@ from grasp_bench.networks.registry import build
 from grasp_bench.networks.store import WeightsFile
 from grasp_bench.networks.weights import load, save
 from grasp_bench.predictors.network import NetworkPredictor
+from grasp_bench.system.integrity import MANIFEST, sha256
 
 
 class Bounded:
@@ -113,6 +115,7 @@ def test_the_command_stores_it_and_predictors_use_it(tmp_path: Path, monkeypatch
         "data": {"folders": ["d"], "fingerprint": "f", "train": 1, "val": 1},
     }  # fmt: skip
     save(network, file, facts)
+    WeightsFile(file).enter_in_manifest()
     before = load("gg-cnn", file)[0].state_dict()
     plain = NetworkPredictor("gg-cnn", file)
     scene = held_out.held_out_scenes(1, 224)[0]
@@ -128,6 +131,9 @@ def test_the_command_stores_it_and_predictors_use_it(tmp_path: Path, monkeypatch
     after = load("gg-cnn", file)[0].state_dict()
     assert all(torch.equal(before[k], after[k]) for k in before)
 
+    digests = json.loads((tmp_path / MANIFEST).read_text())
+    assert digests == {file.name: sha256(file)}, "the manifest follows"
+
     widened = NetworkPredictor("gg-cnn", file)
     widened.calibration = Calibration(8.0, -1.0, 3.0)
     for a, b in zip(plain.predict(scene.image), widened.predict(scene.image), strict=True):
@@ -137,6 +143,22 @@ def test_the_command_stores_it_and_predictors_use_it(tmp_path: Path, monkeypatch
     maps = plain.maps(scene.image).width, widened.maps(scene.image).width
     wide = maps[0] > 0
     np.testing.assert_allclose(maps[1][wide], maps[0][wide] + 8, atol=1e-4)
+
+
+def test_weights_of_a_fold_are_calibrated_and_have_no_page(
+    tmp_path: Path,
+    scenes: list[HeldOut],  # noqa: F811
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    file = tmp_path / "gg-cnn.safetensors"
+    save(build("gg-cnn", "rgbd"), file, {"network": "gg-cnn", "input": "rgbd 224", "left_out": ["a"]})
+    monkeypatch.setattr(held_out, "_held_out", lambda index, crop: Bounded(scenes[0], 1.0))
+    result = CliRunner().invoke(
+        app, ["calibrate", "gg-cnn", "--weights", str(file), "--scenes", "1"], catch_exceptions=False
+    )
+    assert result.exit_code == 0, result.output
+    assert WeightsFile(file).metadata()[KEY]["scenes"] == 1
+    assert [p.name for p in tmp_path.iterdir()] == [file.name]
 
 
 @pytest.mark.parametrize(

@@ -156,7 +156,9 @@ def test_a_training_names_what_a_copy_lacks(tmp_path: Path) -> None:
     assert "Incomplete samples left out, 2 files missing: 01/pcd0101d.tiff, 01/pcd0103cpos.txt." in note
     for number in range(100, 103):
         (root / "01" / f"pcd0{number}cpos.txt").unlink()
-    with pytest.raises(AssetError, match=r"is complete: 01/pcd0100cpos\.txt, 01/pcd0101cpos\.txt, 01/pcd0102"):
+    with pytest.raises(
+        AssetError, match=r"is complete: 01/pcd0100cpos\.txt, 01/pcd0101cpos\.txt, 01/pcd0102"
+    ):
         open_collection(root)
 
 

@@ -80,7 +80,7 @@ def train_command(
         typer.Option(
             "--export",
             help="Install the weights and a model card into assets/weights when done, or into "
-            "rivals where they have more than 12 MB.",
+            "rivals where they have more than 6 MB.",
         ),
     ] = False,
     **settings: Any,

@@ -111,6 +111,8 @@ def train_command(
             config.split,
             kind=input_kind(config.network, config.input),
         )
+    for note in scenes.notes:
+        console.print(note, style="yellow", markup=False, highlight=False)
     console.print(f"{len(scenes.train)} scenes to train on, {len(scenes.val)} to validate on")
     trained = _train_with_progress(config, scenes, out, console, begin)
     weights = _store(trained, config, scenes, sources, out, export)

@@ -75,13 +75,17 @@ def test_an_opening_that_loses_what_chance_might_is_wide_enough() -> None:
     assert held.sum(0).tolist() == [153, 156]
     assert _least(held) == 0, "6 gained and 3 lost are 3 ± 3"
     held[156, 1] = 1
-    assert _least(held) == 1, "7 gained and 3 lost are 4 ± 3.2"
+    assert _least(held) == 0, "7 gained and 3 lost are 4 - 1 ± 3.2"
+    held[157, 1] = 1
+    assert _least(held) == 1, "8 gained and 3 lost are 5 - 1 ± 3.3"
     held[:] = 1
     assert _least(held) == 0
     held[0, 0] = 0
     assert _least(held) == 0, "a single scene tells nothing"
     held[1, 0] = 0
-    assert _least(held) == 1, "2 gained are 2 ± 1.4, both on one side"
+    assert _least(held) == 0, "nor do two: 2 - 1 ± 1.4"
+    held[2, 0] = 0
+    assert _least(held) == 1, "3 gained are 3 - 1 ± 1.7, all on one side"
 
 
 def test_quality_becomes_a_probability_and_keeps_its_order(scenes: list[HeldOut]) -> None:  # noqa: F811

@@ -107,7 +107,7 @@ def _group(found: Sequence[int], runs: Sequence[Summary]) -> Group:
 
 def _tried(run: Summary) -> tuple[object, ...]:
     """Return what makes the trials of two runs the same ones."""
-    count = _planned(run)
+    count = max(run.info.trials, run.lifted.trials)  # of a race's, whoever left it when
     return run.info.scenario_label, run.info.seed, count, *run.info.tried[:count]
 
 
@@ -124,7 +124,7 @@ def _by(found: Sequence[int], key: Callable[[int], tuple[object, ...] | str]) ->
 
 
 def _planned(run: Summary) -> int:
-    return max(run.info.trials, run.lifted.trials)
+    return max(run.planned, run.lifted.trials)
 
 
 def _unit(run: Summary) -> str:

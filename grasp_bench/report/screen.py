@@ -92,7 +92,7 @@ def _table(
 
 
 def _other(run: Summary) -> str:
-    return f"{run.info.trials} trials with seed {run.info.seed}"
+    return f"{run.planned} trials with seed {run.info.seed}"
 
 
 def _short(name: str) -> str:
@@ -143,7 +143,7 @@ def _failures(run: RunResults, told: Summary) -> TextTable:
         for outcome, count in by
     ]
     title = f"{told.info.predictor} failed in {len(failed)} of {len(run)} trials"
-    missing = f"; {told.missing} of {told.info.trials} are still to be done" if told.missing > 0 else ""
+    missing = f"; {told.missing} of {told.planned} are still to be done" if told.missing > 0 else ""
     return TextTable(
         title + missing,
         ("Outcome", "Trials", "Why, and at what") if rows else (),

@@ -75,7 +75,12 @@ class Summary:
     @property
     def missing(self) -> int:
         """Number of trials that were planned and are not done yet."""
-        return self.info.trials - self.lifted.trials
+        return self.planned - self.lifted.trials
+
+    @property
+    def planned(self) -> int:
+        """Number of trials that the run is to have; of a race's, which may end at any, those done."""
+        return self.lifted.trials if self.info.drawn else self.info.trials
 
     def to_json(self) -> dict[str, Any]:
         """Return plain data."""
@@ -88,7 +93,7 @@ class Summary:
             "seed": self.info.seed,
             "renderer": self.info.renderer,
             "weights": self.info.weights,
-            "planned_trials": self.info.trials,
+            "planned_trials": self.planned,
             **self.lifted.to_json(),
             "outcomes": self.outcomes,
             "by_category": {name: rate.counts() for name, rate in self.by_category.items()},

@@ -37,7 +37,7 @@ RESUMABLE = (*SAME_RUN, Group.SHARE)
 """Keys that must agree before a run may be resumed."""
 
 
-_WHERE_KNOWN = ("shard", "robot", "environment", "apart")
+_WHERE_KNOWN = ("shard", "robot", "environment", "apart", "drawn")
 """Keys that are written only where there is something to say."""
 
 
@@ -76,6 +76,7 @@ class RunInfo(Stored):
         dict[str, Text] | None, Group.ORIGIN, Field(description="an object of texts or null")
     ] = None
     apart: Annotated[bool | None, Group.ORIGIN, Field(strict=True, description="true, false or null")] = None
+    drawn: Annotated[bool | None, Group.ORIGIN, Field(strict=True, description="true, false or null")] = None
 
     @classmethod
     def keys(cls, *groups: Group) -> list[str]:

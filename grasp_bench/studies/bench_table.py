@@ -15,6 +15,7 @@ from grasp_bench.networks.registry import all_weights, family
 from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.report.accuracy import ablation_table, accuracy_table
 from grasp_bench.report.compare import REFERENCE
+from grasp_bench.report.groups import PAPERS
 from grasp_bench.report.since import since_table
 from grasp_bench.report.table4 import PAPER, ROBOTS, TITLE, Row, table_4
 from grasp_bench.report.tables import RATE_HEAD, TextTable, rate_cells
@@ -37,8 +38,8 @@ SWITCHES = ("external_attention", "channel_attention")
 """Parts that the paper's Table 3 leaves out, as arguments of the network."""
 FORMAT = 1
 
+OF_THE_PAPER = f"Rows with a printed rate {ROBOTS} "
 NOTE = (
-    f"Rows with a printed rate {ROBOTS} "
     "All rows of grasp-bench are of the same trials. Alone: trials in which only the reference, and only "
     "this system, succeeded; p: McNemar's exact two-sided test against the reference, Holm-corrected over "
     "all rows; trials to tell: after how many such trials the two would be told apart at 5 % with 80 % power "
@@ -115,7 +116,7 @@ def compare(folders: Sequence[Path], reference: str = REFERENCE) -> dict[str, An
             "kind": _kind(run.predictor),
             "run": run.folder.name,
             **run.lifted.to_json(),
-            "planned_trials": run.info.trials,
+            "planned_trials": len(run) if run.info.drawn else run.info.trials,
             "weights": trained_on(run.predictor, run.info.weights),
         }
         if against is not None and run is not against:
@@ -211,8 +212,11 @@ def tables(comparison: dict[str, Any], evaluations: Sequence[Evaluation]) -> lis
 
 
 def _compared(comparison: dict[str, Any]) -> TextTable:
-    """Return Table 4, with how each row compares with the reference."""
-    rows, alone, p, tell = list(PAPER), *([""] * len(PAPER) for _ in range(3))
+    """Return Table 4, with how each row compares with the reference; without the paper where it tells of
+    another scenario."""
+    beside = _beside_the_paper(comparison)
+    paper = PAPER if beside else ()
+    rows, alone, p, tell = list(paper), *([""] * len(paper) for _ in range(3))
     for row in comparison["rows"]:
         missing = row["planned_trials"] - row["trials"]
         name = row["predictor"] + (" (control)" if row["kind"] == "control" else "")
@@ -223,12 +227,17 @@ def _compared(comparison: dict[str, Any]) -> TextTable:
         alone.append(f"{row['reference_only']} : {row['this_only']}" if compared else "")
         p.append(f"{row['p_holm']:.2g}" if compared else "")
         tell.append(str(row["trials_to_tell"] or "∞") if compared else "")
-    title = TITLE
+    title = TITLE if beside else "All predictors"
     if comparison["scenario"]:
         title += f": {comparison['scenario']}, seed {comparison['seed']}"
     reference = f" Reference: {comparison['reference']}." if comparison["reference"] else ""
+    note = OF_THE_PAPER + NOTE if beside else NOTE
     more = {"Alone": alone, "p (Holm)": p, "Trials to tell": tell}
-    return table_4(rows, more, title, NOTE + reference, numbers=range(3))
+    return table_4(rows, more, title, note + reference, numbers=range(3))
+
+
+def _beside_the_paper(comparison: dict[str, Any]) -> bool:
+    return comparison["scenario"] in (PAPERS, None)
 
 
 def _ablations_in_physics(comparison: dict[str, Any]) -> TextTable:
@@ -246,8 +255,9 @@ def _ablations_in_physics(comparison: dict[str, Any]) -> TextTable:
         f"All trained with the same budget. Alone: trials in which only {UNABLATED}, and only this one, "
         "succeeded; p: McNemar's exact two-sided test, Holm-corrected over these rows."
     )
+    trials = "the trials of Table 4" if _beside_the_paper(comparison) else "the same trials"
     return TextTable(
-        "Table 3's ablations on the trials of Table 4",
+        f"Table 3's ablations on {trials}",
         ("Predictor", "External attention", "Channel attention", *RATE_HEAD, "Alone", "p (Holm)"),
         rows,
         note=note,

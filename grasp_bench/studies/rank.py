@@ -152,7 +152,8 @@ def rank(
 
             run = opened[name] = stack.enter_context(RunFolder(path))
             one = replace(settings, predictor=name)
-            run.start(describe(one, jobs, catalog, facts[name]), owned(path, jobs, there))
+            info = describe(one, jobs, catalog, facts[name]).model_copy(update={"drawn": True})
+            run.start(info, owned(path, jobs, there))
         rounds = _rounds(race, items, scores)
         with closing(try_together(settings, names, rounds, catalog, workers)) as ended:
             for tried in ended:

@@ -28,6 +28,19 @@ def test_a_bias_is_found_on_its_own_side() -> None:
     assert (negative > 0.025).mean() > 0.99
 
 
+def test_larger_stakes_count_for_more() -> None:
+    """Of gaps that some hundred numbers tell, a uniform mixture of stakes sees fewer so soon."""
+    rng, stakes = np.random.default_rng(6), np.linspace(0.0005, 0.9995, 1000)
+    wagers, even, most = Wagers(300), np.zeros((300, 1000)), np.ones(300)
+    for _ in range(60):
+        d = np.clip(rng.normal(0.12, 0.3, 300), -1, 1)
+        wagers.observe(np.arange(300), d)
+        even += np.log1p(stakes * d[:, None])
+        most = np.maximum(most, np.exp(even).mean(1))
+    soon = (wagers.p_values()[:, 0] <= 0.025).mean()
+    assert soon > (most >= 40).mean() + 0.03
+
+
 def test_the_order_of_the_numbers_does_not_matter() -> None:
     d = np.random.default_rng(3).uniform(-0.5, 1, 40)
     forth, back = Wagers(1), Wagers(1)

@@ -196,6 +196,29 @@ def test_command_prints_what_is_there(tmp_path: Path) -> None:
     assert [e["predictor"] for e in stored["evaluations"]] == ["htc-grasp", "htc-grasp-no-ca"]
 
 
+def test_only_table4_stands_beside_the_paper() -> None:
+    titles = {}
+    for folder in ("reference", "as-predicted"):
+        found = compare(sorted((REFERENCE.parent / folder).iterdir()))
+        compared, *_, ablations = tables(found, [])
+        titles[folder] = compared.title, ablations.title
+        assert (
+            ("HTC-Grasp" in str(compared.rows))
+            == ("printed rate" in compared.note)
+            == (folder == "reference")
+        )
+    assert titles["reference"] == (
+        "Table 4, re-measured: table4, seed 0",
+        "Table 3's ablations on the trials of Table 4",
+    )
+    assert titles["as-predicted"] == (
+        "All predictors: as-predicted, seed 0",
+        "Table 3's ablations on the same trials",
+    )
+    found["scenario"] = "clutter"
+    assert tables(found, [])[0].title == "All predictors: clutter, seed 0"
+
+
 def test_only_weights_that_saw_nothing_real_are_called_zero_shot() -> None:
     seen = [
         {"input": "rgbd 224", "data": {"folders": ["synth", "cornell"], "real": ["cornell"]}, "steps": 5},

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +13,8 @@ from typer.testing import CliRunner
 from grasp_bench.cli import app
 from grasp_bench.errors import GraspBenchError, UnknownNameError
 from grasp_bench.objects.catalog import Catalog
+from grasp_bench.report.table4 import build_report
+from grasp_bench.report.tables import markdown
 from grasp_bench.runs.results import RunResults
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.scenario.sections import Scenario
@@ -52,6 +55,25 @@ def test_the_trials_are_those_of_an_ordinary_run(contest: Contest, tmp_path: Pat
     assert len(run) == 3
     names = list(run.info.objects)
     assert all(names[r.trial % len(names)] == r.object for r in run.records)
+
+
+def test_a_report_counts_the_trials_of_a_race(contest: Contest, tmp_path: Path) -> None:
+    rank(replace(contest, budget=3), tmp_path, 1)
+    report = build_report(sorted(tmp_path.iterdir()), tmp_path)
+    (group,) = report.groups
+    assert group.title == "table4, development seed 0, 3 trials"
+    assert [(r.planned, r.missing) for r in report.runs] == [(3, 0), (3, 0)]
+    text = markdown(report.tables())
+    assert "to go" not in text
+    assert not [n for n in map(int, re.findall(r"\d+", text)) if n == report.runs[0].info.trials]
+
+
+def test_a_reports_runs_of_a_race_are_a_group_though_one_left_it(contest: Contest, tmp_path: Path) -> None:
+    rank(replace(contest, budget=3), tmp_path, 1)
+    trials = tmp_path / "displaced" / "trials.jsonl"
+    trials.write_text("".join(trials.read_text().splitlines(keepends=True)[:2]))
+    (group,) = build_report(sorted(tmp_path.iterdir()), tmp_path).groups
+    assert group.title == "table4, development seed 0, 2 to 3 trials"
 
 
 def test_bad_contests(contest: Contest, tmp_path: Path) -> None:

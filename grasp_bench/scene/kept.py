@@ -100,4 +100,4 @@ def _write(path: Path, arrays: Arrays) -> None:
     if cache.limit():
         content = to_bytes({name: np.ascontiguousarray(values) for name, values in arrays.items()})
         check = zlib.crc32(content).to_bytes(_CHECK, "little")
-        cache.put(path, lambda fresh: fresh.write_bytes(check + content) and None)
+        cache.put(path, lambda fresh: fresh.write_bytes(check + content))

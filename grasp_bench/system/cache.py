@@ -100,7 +100,7 @@ def used(path: Path) -> bool:
     return True
 
 
-def put(path: Path, write: Callable[[Path], None]) -> None:
+def put(path: Path, write: Callable[[Path], object]) -> None:
     """Put a file into the folder, whole or not at all; a full or read-only disk costs time, not the trial.
 
     Args:

@@ -52,8 +52,8 @@ def assert_same(first: World, second: World) -> None:
                      "geom_xmat", "site_xpos", "qfrc_constraint", "efc_force", "cvel"):  # fmt: skip
             one, other = (np.asarray(getattr(world.data, name)) for world in (first, second))
             np.testing.assert_array_equal(one, other, err_msg=name)
-        contacts = [np.asarray(w.data.contact.dist) for w in (first, second)]
-        np.testing.assert_array_equal(*contacts)
+        one, other = (np.asarray(world.data.contact.dist) for world in (first, second))
+        np.testing.assert_array_equal(one, other, err_msg="contacts")
         for world in (first, second):
             world.step(25)
 

@@ -134,11 +134,11 @@ def test_the_command_tells_objects_at_rest_from_models(folder: Path) -> None:
 def test_writing_keeps_the_folder_within_the_limit(folder: Path) -> None:
     for name in "abc":
         put(folder, name, 5)
-    cache.put(folder / "d", lambda fresh: fresh.write_bytes(bytes(10**6)) and None)
+    cache.put(folder / "d", lambda fresh: fresh.write_bytes(bytes(10**6)))
     assert len(names(folder)) == 3
     assert "d" in names(folder)
 
 
 def test_a_folder_that_cannot_be_written_is_no_fault(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
-    cache.put(tmp_path / "file" / "a", lambda fresh: fresh.write_bytes(b"a") and None)
+    cache.put(tmp_path / "file" / "a", lambda fresh: fresh.write_bytes(b"a"))

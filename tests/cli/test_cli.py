@@ -111,7 +111,7 @@ def test_networks_are_listed_with_their_weights_and_training(cli) -> None:
     assert told == {
         "name": "htc-grasp-1000",
         "kind": "network",
-        "summary": "HTC-Grasp after 1,000 steps, as all below",
+        "summary": "HTC-Grasp after 1,000 steps, to compare its ablations with",
         "parameters": 2_434_004,
         "input": "rgbd",
         "crop": 224,

@@ -26,7 +26,6 @@ from typing import Any
 import cv2
 import mujoco
 import numpy as np
-from mujoco.rollout import rollout
 from physics_share import Recorder  # first: it sets the number of threads before NumPy is imported
 from rich.console import Console
 from rich.table import Table
@@ -37,6 +36,7 @@ from grasp_bench.runs.jobs import spread
 from grasp_bench.scenario.outcomes import Outcome
 from grasp_bench.scenario.reading import load_scenario
 from grasp_bench.scene import world as world_module
+from grasp_bench.scene.world import ROLLOUT
 from grasp_bench.trials.trial import run_trial
 from grasp_bench.trials.workcell import Workcell
 
@@ -54,7 +54,7 @@ def ours(predictor: str, trials: int) -> tuple[dict[str, Any], dict[str, Any]]:
     contacts: list[int] = []
     for warm in (True, False):
         world_module.mujoco = mujoco if warm else recorder
-        world_module.rollout = rollout if warm else recorder.rollout
+        world_module.ROLLOUT = ROLLOUT if warm else recorder
         for job in spread(names, 2 if warm else trials):
             model = catalog.load(job.object)
             began = time.process_time()
@@ -68,7 +68,7 @@ def ours(predictor: str, trials: int) -> tuple[dict[str, Any], dict[str, Any]]:
             bare += time.process_time() - began
             if done.world is not None:
                 contacts.append(done.world.data.ncon)
-    world_module.mujoco, world_module.rollout = mujoco, rollout
+    world_module.mujoco, world_module.ROLLOUT = mujoco, ROLLOUT
     step = scenario.physics.timestep
     common = {
         "trials": trials,

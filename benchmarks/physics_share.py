@@ -22,7 +22,6 @@ without_gl()
 import cv2  # noqa: E402
 import mujoco  # noqa: E402
 import numpy as np  # noqa: E402
-from mujoco.rollout import rollout  # noqa: E402
 from rich.console import Console  # noqa: E402
 from rich.table import Table  # noqa: E402
 
@@ -31,12 +30,13 @@ from grasp_bench.predictors import load_predictor  # noqa: E402
 from grasp_bench.runs.jobs import spread  # noqa: E402
 from grasp_bench.scenario.reading import load_scenario  # noqa: E402
 from grasp_bench.scene import world as world_module  # noqa: E402
+from grasp_bench.scene.world import ROLLOUT  # noqa: E402
 from grasp_bench.trials.trial import run_trial  # noqa: E402
 from grasp_bench.trials.workcell import Workcell  # noqa: E402
 
 
 class Recorder:
-    """Stands in for the ``mujoco`` module and for ``rollout`` in ``world``, and remembers every command."""
+    """Stands in for the ``mujoco`` module and for ``ROLLOUT`` in ``world``, and remembers every command."""
 
     def __init__(self) -> None:
         self.tape: list[tuple[Any, int, tuple[int, int]]] = []
@@ -52,15 +52,14 @@ class Recorder:
         self.tape.append((data.ctrl.copy(), count, _options(model)))
         mujoco.mj_step(model, data, count)
 
-    def rollout(
-        self, model: mujoco.MjModel, data: mujoco.MjData, state: Any, controls: Any, **options: Any
-    ) -> None:
+    def rollout(self, models: Any, datas: Any, state: Any, controls: Any, **options: Any) -> None:
         """Roll out, and remember."""
+        (model,), (data,), (ctrls,) = models, datas, controls
         if self.start is None:
             self.start = (model, data.qpos.copy(), data.qvel.copy())
-        starts = [0, *(np.flatnonzero((controls[1:] != controls[:-1]).any(1)) + 1), len(controls)]
-        self.tape += [(controls[a], int(b - a), _options(model)) for a, b in pairwise(starts)]
-        rollout(model, data, state, controls, **options)
+        starts = [0, *(np.flatnonzero((ctrls[1:] != ctrls[:-1]).any(1)) + 1), len(ctrls)]
+        self.tape += [(ctrls[a], int(b - a), _options(model)) for a, b in pairwise(starts)]
+        ROLLOUT.rollout(models, datas, state, controls, **options)
 
     def replay(self) -> tuple[float, int]:
         """Seconds and steps of the same commands without anything else; forgets them."""
@@ -100,7 +99,7 @@ def main() -> None:
         for job in jobs:
             model = catalog.load(job.object)
             world_module.mujoco = recorder if not warm else mujoco
-            world_module.rollout = recorder.rollout if not warm else rollout
+            world_module.ROLLOUT = recorder if not warm else ROLLOUT
             start = time.perf_counter()
             done = run_trial(cell, model, predictor, trial=job.trial, attempt=job.attempt, seed=0)
             if warm:

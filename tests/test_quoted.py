@@ -14,8 +14,10 @@ from PIL import Image
 from grasp_bench.doctor.bound import check_bound
 from grasp_bench.doctor.checks import State
 from grasp_bench.media.store import CLIP_SIZE
+from grasp_bench.report.accuracy import ablation_table, accuracy_table
+from grasp_bench.report.since import since_table
 from grasp_bench.report.table4 import build_report
-from grasp_bench.report.tables import markdown
+from grasp_bench.report.tables import escaped, markdown
 from grasp_bench.runs.folder import find_runs, load_run
 
 ROOT = Path(__file__).parents[1]
@@ -75,6 +77,14 @@ def test_the_table_of_readme_is_that_of_the_runs(make_tables: ModuleType) -> Non
 
 def test_the_leaderboard_is_that_of_the_runs_and_of_shipped_weights(make_tables: ModuleType) -> None:
     assert between("docs/leaderboard.md", "leaderboard") == make_tables.leaderboard().strip()
+
+
+def test_misprints_and_later_detectors_are_told_where_the_papers_tables_are() -> None:
+    page = text("docs/results.md")
+    for table in (accuracy_table("cornell", []), accuracy_table("jacquard", []), ablation_table([])):
+        assert escaped(table.note) in page
+    for row in since_table().rows:
+        assert f"| {' | '.join(map(escaped, row))} |" in page
 
 
 def test_other_counts_of_180_in_prose_are_named_as_what_they_are() -> None:

@@ -79,22 +79,31 @@ def check(
     gripper: Annotated[str, typer.Option(help="The gripper that it carries.")] = "parallel-85",
     scenario: Annotated[str, typer.Option(help="The scenario whose workspace it must reach.")] = "table4",
 ) -> None:
-    """Check an arm of your own: files, limits and postures, and that it reaches a scenario's workspace.
+    """Check an arm of your own: files, limits and postures, that it reaches a scenario's workspace, and that
+    its motors hold it stretched out with the heaviest object.
 
     Exits with 2 and one line where something is wrong. docs/robots.md says how such a folder is made.
     """
+    from grasp_bench.objects.catalog import Catalog, folder_of
     from grasp_bench.planning.reach import check_reach
-    from grasp_bench.robot.arm import load_arm
+    from grasp_bench.robot.arm_trial import SECONDS, hold_out
     from grasp_bench.robot.facts import name_beside
     from grasp_bench.scenario.reading import load_scenario
     from grasp_bench.scenario.sections import Robot
 
-    _ = load_arm(path).shape
-    chosen = load_scenario(scenario)
-    check_reach(chosen.model_copy(update={"robot": Robot(arm=path, gripper=gripper)}))
+    robot = Robot(arm=path, gripper=gripper)
+    _ = robot.loaded.arm.shape
+    chosen = load_scenario(scenario).model_copy(update={"robot": robot})
+    check_reach(chosen)
+    payload = chosen.objects.mass_scale * Catalog(folder_of(chosen.objects.folder)).heaviest
+    held = hold_out(robot.loaded.arm, robot.loaded.gripper, payload)
     show(path)
     typer.echo(
         f"It reaches the workspace of {scenario} with {gripper}: robot: {{arm: {name_beside('arm', path)}}}."
+    )
+    typer.echo(
+        f"Stretched out to {held.reach:.2f} m with {payload:g} kg, it sinks by {1000 * held.sag:.1f} mm in "
+        f"{SECONDS:g} s."
     )
 
 

@@ -1,4 +1,4 @@
-"""``grasp-bench cache``: the compiled models that are kept, and emptying them."""
+"""``grasp-bench cache``: the compiled models and objects at rest that are kept, and emptying them."""
 
 from __future__ import annotations
 
@@ -20,55 +20,59 @@ AGES = (("today", DAY), ("this week", 7 * DAY), ("this month", 30 * DAY), ("long
 def show_command(
     context: typer.Context, as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False
 ) -> None:
-    """Show where compiled models are kept, how many, since when they were not used, and the limit.
+    """Show where compiled models and objects at rest are kept, how many, since when not used, and the limit.
 
-    A model takes some 6 MB. Above the limit, 2 GB or GRASP_BENCH_CACHE_MB megabytes, those used longest ago
-    are removed; a model that is not there is compiled again, to the same trial.
+    A model takes some 6 MB; how its object comes to rest in a trial and looks then, some 60 kB. Above the
+    limit, 2 GB or GRASP_BENCH_CACHE_MB megabytes, those used longest ago are removed; what is not there is
+    made again, to the same trial.
 
     Example: grasp-bench cache
     """
     if context.invoked_subcommand is not None:
         return
     entries, limit = cache.entries(), cache.limit()
-    groups, above = {}, 0.0
+    groups: dict[str, list[cache.Entry]] = {}
+    above = 0.0
     for name, most in AGES:
-        sizes = [e.size for e in entries if above <= e.age < most]
-        groups[name], above = {"models": len(sizes), "bytes": sum(sizes)}, most
-    total = sum(e.size for e in entries)
+        groups[name], above = [e for e in entries if above <= e.age < most], most
     if as_json:
         typer.echo(
             json.dumps(
                 {
                     "folder": str(cache.folder()),
-                    "models": len(entries),
-                    "bytes": total,
+                    **_counted(entries),
                     "limit_bytes": limit,
-                    "last_used": groups,
+                    "last_used": {name: _counted(group) for name, group in groups.items()},
                 },
                 ensure_ascii=False,
             )
         )
         return
-    typer.echo(f"{cache.folder()}: {_many(len(entries), total)} of at most {limit / 1e6:,.0f} MB")
+    typer.echo(f"{cache.folder()}: {_many(entries)} of at most {limit / 1e6:,.0f} MB")
     for name, group in groups.items():
-        if group["models"]:
-            typer.echo(f"  used {name}: {_many(group['models'], group['bytes'])}")
+        if group:
+            typer.echo(f"  used {name}: {_many(group)}")
 
 
 @cache_app.command("clear")
 def clear_command(as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False) -> None:
-    """Remove all compiled models. Runs that go on meanwhile compile theirs again.
+    """Remove all that is kept. Runs that go on meanwhile make theirs again.
 
     Example: grasp-bench cache clear
     """
     removed = cache.clear()
-    size = sum(e.size for e in removed)
     if as_json:
-        found = {"folder": str(cache.folder()), "models": len(removed), "bytes": size}
-        typer.echo(json.dumps(found, ensure_ascii=False))
+        typer.echo(json.dumps({"folder": str(cache.folder()), **_counted(removed)}, ensure_ascii=False))
     else:
-        typer.echo(f"Removed {_many(len(removed), size)} from {cache.folder()}")
+        typer.echo(f"Removed {_many(removed)} from {cache.folder()}")
 
 
-def _many(count: int, size: int) -> str:
-    return f"{count} model{'' if count == 1 else 's'}, {size / 1e6:,.0f} MB"
+def _counted(entries: list[cache.Entry]) -> dict[str, int]:
+    at_rest = sum(e.path.suffix in cache.AT_REST for e in entries)
+    return {"models": len(entries) - at_rest, "at_rest": at_rest, "bytes": sum(e.size for e in entries)}
+
+
+def _many(entries: list[cache.Entry]) -> str:
+    of = _counted(entries)
+    rests = f", {of['at_rest']} of objects at rest" if of["at_rest"] else ""
+    return f"{of['models']} model{'' if of['models'] == 1 else 's'}{rests}, {of['bytes'] / 1e6:,.0f} MB"

@@ -29,13 +29,12 @@ def calibrate_command(
     from rich.console import Console
 
     from grasp_bench.learning.training.calibrate import FIRST, calibrate
-    from grasp_bench.learning.training.card import model_card
     from grasp_bench.learning.training.held_out import held_out_from
+    from grasp_bench.learning.training.kept import keep_facts
     from grasp_bench.networks.calibration import KEY
     from grasp_bench.networks.registry import info, input_kind
     from grasp_bench.networks.store import WeightsFile, shipped_file, stored_input
-    from grasp_bench.networks.weights import load, with_facts
-    from grasp_bench.system.integrity import MANIFEST, write_whole
+    from grasp_bench.networks.weights import load
     from grasp_bench.system.progress import counting
 
     console = Console()
@@ -51,11 +50,7 @@ def calibrate_command(
                 progress.advance(task)
 
         found = calibrate(network, kind, counted())
-    facts = metadata | {KEY: found.facts()}
-    with_facts(file, facts)
-    write_whole(file.path.with_suffix(".md"), model_card(facts).encode())
-    if file.path.with_name(MANIFEST).is_file():
-        file.enter_in_manifest()
+    keep_facts(file, metadata | {KEY: found.facts()})
     told = found.calibration
     console.print(f"{found}", markup=False)
     console.print(f"Opens {told.widening:g} px wider from now on; {_in_words(told.intercept, told.slope)}.")

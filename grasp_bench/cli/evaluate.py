@@ -11,7 +11,7 @@ from grasp_bench.cli.output import put
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.learning.training.config import TrainConfig
 from grasp_bench.networks.registry import input_kind
-from grasp_bench.networks.store import WeightsFile, shipped_file
+from grasp_bench.networks.store import shipped_file
 from grasp_bench.runs.evaluation import AnyDataset, Protocol, Record, Split
 from grasp_bench.system.progress import counting
 
@@ -99,11 +99,12 @@ def evaluate_command(
     from grasp_bench.learning.evaluation.evaluate import Question, evaluate
     from grasp_bench.learning.evaluation.fold_training import Training
     from grasp_bench.learning.evaluation.pictures import draw_failure
+    from grasp_bench.predictors.names import Trained
     from grasp_bench.report.accuracy import accuracy_table, summary
     from grasp_bench.report.tables import markdown, show
 
     console = Console(stderr=fmt != "table")
-    name = predictor or _network_of(weights)
+    name = predictor or ("htc-grasp" if weights is None else Trained(str(weights)).network)
     question = Question(name, dataset, root, split, protocol, folds, fold, weights, depth, seed, rim)
     if rim and protocol == "legacy":
         raise GraspBenchError("--rim is for --protocol strict; legacy always leaves out 20 px.")
@@ -152,12 +153,6 @@ def evaluate_command(
     else:
         console.print("\n".join(summary(result)), markup=False, highlight=False)
         show([table], console)
-
-
-def _network_of(weights: Path | None) -> str:
-    """Return the network that weights are of, and the default without."""
-    told = WeightsFile(weights).metadata() if weights is not None else {}
-    return str(told.get("network", "htc-grasp"))
 
 
 def bench_table_command(

@@ -19,6 +19,14 @@ class LaidOut(TyperCommand):
     def __init__(self, *args: Any, help: str | None = None, **settings: Any) -> None:
         super().__init__(*args, help=flowing(help), **settings)
 
+    def make_context(self, *args: Any, **settings: Any) -> Any:
+        """Parse what was typed; an error is in the words of who found it, without those of pydantic."""
+        try:
+            return super().make_context(*args, **settings)
+        except typer.BadParameter as error:
+            error.message = error.message.removeprefix("Value error, ")
+            raise
+
     def format_help(self, *args: Any) -> None:
         """Print the help with ``--on, --off`` in one column: Typer gives the second a column of its own."""
         switches = [(p, p.opts, p.secondary_opts) for p in self.params if p.secondary_opts]

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from grasp_bench.learning.training.config import RECIPES, TrainConfig
 from grasp_bench.networks.registry import info, input_kind
-from grasp_bench.networks.store import WeightsFile, place_to_ship, shipped_file
+from grasp_bench.networks.store import WeightsFile, shipped_file
 from grasp_bench.system.graphics import without_gl
 from grasp_bench.system.integrity import write_whole
 from grasp_bench.system.progress import counting
@@ -80,7 +80,7 @@ def train_command(
         typer.Option(
             "--export",
             help="Install the weights and a model card into assets/weights when done, or into "
-            "rivals where they have more than 12 MB.",
+            "rivals where they have more than 6 MB.",
         ),
     ] = False,
     **settings: Any,
@@ -111,6 +111,8 @@ def train_command(
             config.split,
             kind=input_kind(config.network, config.input),
         )
+    for note in scenes.notes:
+        console.print(note, style="yellow", markup=False, highlight=False)
     console.print(f"{len(scenes.train)} scenes to train on, {len(scenes.val)} to validate on")
     trained = _train_with_progress(config, scenes, out, console, begin)
     weights = _store(trained, config, scenes, sources, out, export)
@@ -190,19 +192,11 @@ def _store(
     trained: Trained, config: TrainConfig, scenes: SceneSet, data: list[Source], out: Path, export: bool
 ) -> Path:
     """Write weights and card into ``out``; with ``export`` to the shipped ones, too, and the manifest."""
-    from grasp_bench.learning.training.card import model_card, provenance
-    from grasp_bench.networks.weights import save
+    from grasp_bench.learning.training.card import provenance
+    from grasp_bench.learning.training.kept import keep, ship
 
     facts = provenance(trained, config, scenes, data)
     write_whole(out / TRAINING, (json.dumps(facts, indent=1, ensure_ascii=False) + "\n").encode())
     made = WeightsFile(out / f"{config.network}.safetensors", config.network)
-    save(trained.network, made.path, facts)
-    made.path.with_suffix(".md").write_text(model_card(facts), encoding="utf-8")
-    if not export:
-        return made.path
-    place = place_to_ship(config.network, made.path.stat().st_size)
-    place.path.parent.mkdir(parents=True, exist_ok=True)
-    for suffix in (".safetensors", ".md"):
-        write_whole(place.path.with_suffix(suffix), made.path.with_suffix(suffix).read_bytes())
-    place.enter_in_manifest()
-    return place.path
+    keep(trained.network, made, facts)
+    return (ship(made) if export else made).path

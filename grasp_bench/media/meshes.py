@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from grasp_bench.scene.rendering import SHOWN_GROUPS, geom_colors
+from grasp_bench.scene.rendering import SHOWN_GROUPS
+from grasp_bench.scene.surfaces import geom_colors
 
 PLANE_SIZE = 1.5
 """Half the edge of the part that is shown of an endless plane [m]."""

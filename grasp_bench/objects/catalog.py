@@ -205,6 +205,11 @@ class Catalog:
         return sorted({self.entries[n]["category"] for n in self.names})
 
     @property
+    def heaviest(self) -> float:
+        """Mass of the heaviest of :attr:`names` [kg]."""
+        return max(self.entries[n]["mass"] for n in self.names)
+
+    @property
     def sets(self) -> list[str]:
         """Families of :data:`APART` that are there."""
         return [s for s in APART if any(e.get("family") == s for e in self.entries.values())]

@@ -62,8 +62,9 @@ class Antipodal6dof:
     4; ten Pas and Platt, ISRR 2015): hands at random points of the cloud, approaching along the surface's
     normal or from above, are pushed forward until they would meet the cloud, and kept where something is
     between the fingers whose surface faces them within the friction cone. There a network ranks; here
-    alignment, depth and nearness to the middle of what stands there do. Sides that the camera did not see
-    count as neither aligned nor not.
+    alignment, depth and nearness to the middle of what stands there do, and how much of the fingers would be
+    in sight: behind what is seen there may be anything. Sides that the camera did not see count as neither
+    aligned nor not.
     """
 
     SAMPLES = 70
@@ -73,6 +74,7 @@ class Antipodal6dof:
     LEAST_POINTS = 8
     ROOM = 0.008
     ABOVE_TABLE = 0.003
+    BEHIND = 0.006
     GRIPPER = PARALLEL_85
 
     def __init__(self) -> None:
@@ -101,7 +103,7 @@ class Antipodal6dof:
                     pose = self._hand(points[i], rotation, points[near], facing[near], plane)
                     if pose is not None:
                         away = float(np.linalg.norm(pose.position - middle))
-                        quality = pose.quality * math.exp(-away / 0.08)
+                        quality = pose.quality * math.exp(-away / 0.08) * (1 - self._hidden(image, pose))
                         found.append(GraspPose(pose.position, pose.rotation, pose.opening, quality))
         return self._best(found)
 
@@ -161,6 +163,19 @@ class Antipodal6dof:
         if palm.sum() >= 3:
             depths.append(float(np.partition(local[palm, 2], 2)[2]) + gripper.finger_length - 0.002)
         return min(depths)
+
+    def _hidden(self, image: RgbdImage, pose: GraspPose) -> float:
+        """Return the share of the open fingers' ends that is behind what the camera saw, from 0 to 1."""
+        gripper = self.GRIPPER
+        x = (pose.opening + gripper.finger_thickness) / 2
+        y = gripper.finger_width / 2
+        ends = np.array(np.meshgrid([-x, x], [-y, 0, y], [-gripper.pad[2], -gripper.pad[2] / 2, 0]))
+        places = pose.position + ends.reshape(3, -1).T @ pose.rotation.T
+        u, v = np.floor(image.intrinsics.project(places)).astype(int).T
+        height, width = image.depth.shape
+        shown = (u >= 0) & (u < width) & (v >= 0) & (v < height)
+        depth = image.depth[v[shown], u[shown]]
+        return float(((depth > 0) & (places[shown, 2] > depth + self.BEHIND)).sum() / len(places))
 
     def _quality(self, held: Floats, facing: Floats, depth: float) -> float:
         """Return how well what is between the jaws faces them, from 0 to 1."""

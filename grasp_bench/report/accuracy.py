@@ -54,7 +54,8 @@ def _ours(result: Evaluation, mark: str) -> list[str]:
         result.split if trained else "",
         *rate_cells(Rate(result.correct, result.images)),
         f"{result.latency_ms.cpu_median:.0f}",
-        f"{result.images} of {result.images_in_full} {result.protocol} {mark}",
+        # No line begins with a mark.
+        f"{result.images} of {result.images_in_full} {result.protocol}\u00a0{mark}",
     ]
 
 

@@ -75,7 +75,8 @@ MISPRINTS = {
     "cornell": "As printed, Lenz's 1350 ms is a tenth of the original's 13.5 s an image, a slip handed on "
     "from table to table. 98.3 % is no k/88 or k/89, which a tenth of 885 images would give: 174/177, or a "
     "mean of folds. Redmon's row has MultiGrasp's accuracy, and the RGB-D of Redmon and Chu is three "
-    "channels, depth instead of blue. GG-CNN's row was measured later by others.",
+    "channels, depth instead of blue. GG-CNN's row was measured later by others. TF-Grasp's released "
+    "validation counts an image as right when either of two grasps matches a label.",
     "jacquard": "The printed table does not say how the images were split.",
 }
 """What is wrong or left out in the printed Tables 1 and 2, or easily misread."""

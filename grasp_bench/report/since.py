@@ -16,7 +16,7 @@ class Later:
     """A detector that is not in the paper's tables.
 
     Attributes:
-        name, year: what it is called, and when it was published.
+        name, year: what it is called, and when it was published; None where its source does not say.
         cornell: accuracy image-wise / object-wise [%], as printed.
         jacquard: accuracy [%], as printed.
         parameters, milliseconds: as printed; empty where not known.
@@ -27,7 +27,7 @@ class Later:
     """
 
     name: str
-    year: int
+    year: int | None
     cornell: str
     jacquard: str
     source: str
@@ -46,17 +46,24 @@ SINCE = (
     Later("SKGNet", 2023, "99.1 / 98.4", "95.9", "T-ASE 20(4)", "3.9 M", read="memory", here="skgnet"),
     Later("Self-attention and CNN", 2023, "97.7", "", "Appl. Sci. 13:9655"),
     Later("Sparse-GRConvNet", 2023, "97.75", "85.8", "its abstract: a tenth of GR-ConvNet's weights"),
+    Later("RAGT", 2023, "", "", "arXiv 2306.10265, on 31,500 images of its own", "MobileViT-S trunk"),
     Later("FAGD-Net", 2024, "98.9", "96.5", "Appl. Sci. 14:5097"),
     Later("SGNet", 2024, "99.4", "93.4", "preprints 202410.0076", "1 M", "12.5"),
+    Later("HMT-Grasp", 2024, "above TF-Grasp", "", "arXiv 2410.03522"),
+    Later("DSNet, RGB-D", None, "98.31", "", "D2TriPO-DETR's readme"),
+    Later("Yang et al., RGB", None, "98.74", "", "D2TriPO-DETR's readme"),
     Later("D2TriPO-DETR, RGB", 2025, "98.87", "", "its repository's readme"),
     Later("GR-AttNet", 2025, "98.1", "94.9", "PLoS One e0337599", "2.8 M printed, 1.3 M in its code", "148"),
     Later("SATNet", 2025, "97.8", "", "its abstract", "0.27 M", "16.3"),
+    Later("GraspSAM", 2025, "", "reported", "arXiv 2409.12521", "EfficientSAM or MobileSAM"),
 )
 
 NOTE = (
     "Authors' own figures, on splits of their own; not measured here. Cornell cannot tell them apart: with a "
     "tenth of it as test, one image is 1.1 points and the 95 % interval of 98 % some ±3. On Jacquard DD-Net "
-    "and FAGD-Net are above HTC-Grasp's 95.8 %. A network with a name in the last column can be run here."
+    "and FAGD-Net are above HTC-Grasp's 95.8 %. Detectors that are told in words what to grasp (LGD, "
+    "GraspMamba, MapleGrasp) answer another question and are left out. A network with a name in the last "
+    "column can be run here."
 )
 
 
@@ -64,7 +71,7 @@ def since_table() -> TextTable:
     """Return the table of what is not in the paper's tables."""
     rows = [
         [
-            f"{later.name} ({later.year})",
+            later.name if later.year is None else f"{later.name} ({later.year})",
             later.cornell,
             later.jacquard,
             later.parameters,

@@ -112,18 +112,19 @@ def show(tables: Iterable[TextTable], console: Console) -> None:
     from rich.text import Text
 
     for t in tables:
-        table = Table(header_style="bold cyan", box=box.SIMPLE, pad_edge=False)
-        for i, name in enumerate(t.head):  # numbers keep one line, so their heads may need several
+        fit = _fit(t, console.width)
+        table = Table(header_style="bold cyan", box=box.SIMPLE, pad_edge=False, collapse_padding=fit.tight)
+        for i, name in enumerate(t.head):
             number = i in t.numbers
             table.add_column(
-                Text(fill(name, 8, break_long_words=False) if number else name),
+                Text(_number_head(name) if number else fit.folded(i, name)),
                 justify="right" if number else "left",
                 no_wrap=number,
                 overflow="fold",
             )
         for i, row in enumerate(t.rows):
             table.add_row(
-                *map(Text, row),
+                *(Text(fit.folded(k, cell)) for k, cell in enumerate(row)),
                 style="dim" if i in t.paper else "bold" if i in t.marked else "",
                 end_section=i in t.paper and i + 1 not in t.paper,
             )
@@ -142,6 +143,61 @@ def show(tables: Iterable[TextTable], console: Console) -> None:
         below = [t.note, *(f"{_mark(i)} {note}" for i, note in enumerate(t.footnotes, 1))]
         if words := "\n".join(filter(None, below)):
             console.print(Padding(Text(words, style="dim"), (0, 1, 1, 1)))
+
+
+def _number_head(name: str) -> str:
+    """Return the head of a column of numbers, which keep one line, so that it may need several."""
+    return fill(name, 8, break_long_words=False)
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """How a table gets into a terminal.
+
+    Attributes:
+        widths: of the columns of words that are folded, by their number.
+        tight: whether the columns move closer together.
+        hyphens: whether words are broken at hyphens.
+    """
+
+    widths: dict[int, int]
+    tight: bool = False
+    hyphens: bool = False
+
+    def folded(self, column: int, text: str) -> str:
+        """Return text in lines that fit its column."""
+        if column not in self.widths:
+            return text
+        return fill(text, self.widths[column], break_long_words=False, break_on_hyphens=self.hyphens)
+
+
+def _fit(table: TextTable, room: int) -> _Fit:
+    """Share a terminal's ``room`` columns among a table's columns of words: the widest give first.
+
+    None gets less than its longest word. Where that does not do, the table's columns move closer together,
+    then words break at hyphens; where nothing does, Rich breaks words anywhere.
+    """
+    cells = [[name, *(row[i] for row in table.rows)] for i, name in enumerate(table.head)]
+    taken = sum(_widest([_number_head(cells[i][0]), *cells[i][1:]]) for i in table.numbers)
+    words = {i: own for i, own in enumerate(cells) if i not in table.numbers}
+    widths = {i: _widest(own) for i, own in words.items()}
+    for hyphens, tight in ((False, False), (False, True), (True, False), (True, True)):
+        gap = 2 if tight else 3  # what Rich puts between two columns; one more at either end
+        left = room - taken - gap * (len(cells) - 1) - 2
+        if sum(widths.values()) <= left:
+            return _Fit({}, tight)
+        one = {"width": 1, "break_long_words": False, "break_on_hyphens": hyphens}
+        least = {i: _widest(fill(cell, **one) for cell in own) for i, own in words.items()}
+        if sum(least.values()) > left:
+            continue
+        while sum(widths.values()) > left:
+            widths[max((i for i in words if widths[i] > least[i]), key=lambda i: widths[i])] -= 1
+        return _Fit(widths, tight, hyphens)
+    return _Fit({})
+
+
+def _widest(texts: Iterable[str]) -> int:
+    return max((len(line) for text in texts for line in text.splitlines()), default=0)
 
 
 def as_text(tables: Iterable[TextTable], width: int = 120) -> str:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import struct
-import tempfile
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -256,10 +255,13 @@ def compile_mjcf(root: Any) -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
 
 
-def _digest(scenario: Scenario, model: ObjectModel | None, robot: Robot | None) -> str:
+def scene_digest(
+    scenario: Scenario, model: ObjectModel | None, robot: Robot | OfScenario | None = OF_SCENARIO
+) -> str:
+    """Return a digest of all that the model of a trial's world is made of, code included."""
     # All of the scenario but what surely is not in the model: a few keys too many cost only cache hits.
     settings = scenario.model_dump_json(exclude=NOT_IN_THE_MODEL)
-    parts = f"{_fixed_digest(robot)}|{settings}|{model.digest if model else '-'}"
+    parts = f"{_fixed_digest(_chosen(robot, scenario))}|{settings}|{model.digest if model else '-'}"
     return hashlib.sha256(parts.encode()).hexdigest()[:32]
 
 
@@ -279,21 +281,12 @@ def compile_scene(
     scenario: Scenario, model: ObjectModel | None, robot: Robot | OfScenario | None = OF_SCENARIO
 ) -> mujoco.MjModel:
     """Compile the model of a trial's world, or take it from the cache where it is there."""
-    robot = _chosen(robot, scenario)
-    path = cache.folder() / f"{_digest(scenario, model, robot)}.mjb"
+    path = cache.folder() / f"{scene_digest(scenario, model, robot)}.mjb"
     if cache.used(path):
         try:
             return mujoco.MjModel.from_binary_path(str(path))
         except ValueError:
             pass  # damaged, or removed by another process meanwhile: compile again and replace it
     compiled = compile_mjcf(compose(scenario, model, robot))
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=path.parent) as folder:
-            fresh = Path(folder) / "model.mjb"
-            mujoco.mj_saveModel(compiled, str(fresh))
-            fresh.replace(path)
-        cache.trim()
-    except OSError:
-        pass  # a read-only or full disk costs time, not the trial
+    cache.put(path, lambda fresh: mujoco.mj_saveModel(compiled, str(fresh)))
     return compiled

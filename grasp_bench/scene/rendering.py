@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from grasp_bench.camera import CameraPose, Intrinsics
 from grasp_bench.errors import GraspBenchError
+from grasp_bench.scene.surfaces import geom_colors
 from grasp_bench.system.graphics import resolve_renderer, with_gl
 
 FAR = 10.0
@@ -48,16 +49,15 @@ Draw = Callable[[mujoco.MjModel, mujoco.MjData, NDArray[np.float64], NDArray[np.
 frame."""
 
 
-class Surfaces(NamedTuple):
-    """How the surfaces of a scene's geoms reflect.
+Seen = dict[str, NDArray]
+"""Of the pixels that show a body: their ``place`` in the image, row by row, and channels of a picture."""
+Remember = Callable[[bytes, Callable[[], Seen]], Seen]
+"""Returns what was seen before where all that it depends on besides the model was the same, or looks now."""
 
-    Attributes:
-        albedo: (ngeom,) share of light that comes back, 0 to 1: luminance of the linear base colour.
-        roughness: (ngeom,) 0 (mirror) to 1 (matt); 1 for geoms that say nothing.
-    """
 
-    albedo: NDArray[np.float64]
-    roughness: NDArray[np.float64]
+def looking(view: bytes, look: Callable[[], Seen]) -> Seen:
+    """Look, whatever was seen before."""
+    return look()
 
 
 class SceneCamera:
@@ -83,8 +83,15 @@ class SceneCamera:
         self.directions = np.moveaxis(np.ascontiguousarray(planes), 0, 2)  # who reads one axis reads it fast
         self._background: Picture | None = None
 
-    def picture(self, model: mujoco.MjModel, data: mujoco.MjData, body: int = -1) -> Picture:
-        """Take an image of the scene; ``body`` is the one that changes between calls, −1 when all may."""
+    def picture(
+        self, model: mujoco.MjModel, data: mujoco.MjData, body: int = -1, remember: Remember = looking
+    ) -> Picture:
+        """Take an image of the scene.
+
+        Args:
+            body: the one that changes between calls, −1 when all may.
+            remember: may know from before what is seen of that one.
+        """
         if self.renderer != "raycast":
             return _render_gl(model, data, self.intrinsics, self.pose, self.renderer)
         if self._draw is not None:
@@ -97,21 +104,33 @@ class SceneCamera:
             if model.body_weldid[seen].any():  # the arm is in view, and never stands quite still
                 return raycast(model, data, self.pose.position, self.directions)
             self._background = background
+        geoms = self._shown(model, body)
+        view = [self.pose.position, self.pose.rotation, data.geom_xpos[geoms], data.geom_xmat[geoms]]
+        known = repr(self.intrinsics).encode() + b"".join(of.tobytes() for of in view)
+        seen = remember(known, lambda: self._look(model, data, body))
+        whole = Picture._make(channel.copy() for channel in self._background)
+        for name, channel in whole._asdict().items():
+            channel.reshape(-1, *channel.shape[2:])[seen["place"]] = seen[name]
+        return whole
+
+    def _look(self, model: mujoco.MjModel, data: mujoco.MjData, body: int) -> Seen:
+        """Cast the rays towards a body."""
         region = self._region(model, data, body)
         rays = self.directions[region]
         hits = cast(model, data, self.pose.position, rays)
         fresh = (hits.geom >= 0) & (model.geom_bodyid[hits.geom] == body)
         shaded = _shade(model, rays[fresh], Hits._make(of[fresh] for of in hits))
-        whole = Picture._make(channel.copy() for channel in self._background)
-        place = tuple(index[fresh] for index in region)
-        for channel, values in zip(whole, shaded, strict=True):
-            channel[place] = values
-        return whole
+        rows, columns = (index[fresh] for index in region)
+        return {"place": rows * self.directions.shape[1] + columns, **shaded._asdict()}
+
+    @staticmethod
+    def _shown(model: mujoco.MjModel, body: int) -> NDArray[np.intp]:
+        """Return the geoms of a body that cameras see."""
+        return np.nonzero((model.geom_bodyid == body) & (SHOWN_GROUPS[model.geom_group] > 0))[0]
 
     def _region(self, model: mujoco.MjModel, data: mujoco.MjData, body: int) -> tuple[NDArray[np.intp], ...]:
         """Return the rows and columns of the pixels that may show the body's geoms."""
-        shown = np.nonzero((model.geom_bodyid == body) & (SHOWN_GROUPS[model.geom_group] > 0))[0]
-        corners = self.pose.to_camera(box_corners(model, data, shown))
+        corners = self.pose.to_camera(box_corners(model, data, self._shown(model, body)))
         height, width = self.directions.shape[:2]
         if (corners[..., 2] < 0.05).any():  # reaches beside or behind the camera
             return np.nonzero(np.ones((height, width), bool))
@@ -214,23 +233,6 @@ def _shade(model: mujoco.MjModel, rays: NDArray[np.float64], hits: Hits) -> Pict
         np.where(hit, np.abs(cosine), 0).astype(np.float32),
         hits.geom,
     )
-
-
-def geom_colors(model: mujoco.MjModel) -> NDArray[np.float64]:
-    """Return the (ngeom, 3) base colours; a material's colour replaces the geom's own."""
-    colors = model.geom_rgba[:, :3].astype(float)
-    made_of = model.geom_matid >= 0
-    colors[made_of] = model.mat_rgba[model.geom_matid[made_of], :3]
-    return colors
-
-
-def surfaces(model: mujoco.MjModel) -> Surfaces:
-    """Return albedo and roughness of all geoms of a model made by :mod:`grasp_bench.scene.builder`."""
-    display = geom_colors(model)
-    # IEC 61966-2-1
-    linear = np.where(display <= 0.04045, display / 12.92, ((display + 0.055) / 1.055) ** 2.4)
-    told = model.geom_user[:, 0] if model.nuser_geom else np.zeros(model.ngeom)
-    return Surfaces(linear @ [0.2126, 0.7152, 0.0722], np.where(told > 0, told, 1.0))
 
 
 def incidence_cosine(depth: NDArray[np.float32], intrinsics: Intrinsics) -> NDArray[np.float32]:

@@ -39,7 +39,8 @@ from scipy.special import ndtri
 from grasp_bench.camera import Intrinsics, RgbdImage
 from grasp_bench.scenario.sensors import Sensor
 from grasp_bench.scene import sensor_effects as effects
-from grasp_bench.scene.rendering import Picture, Surfaces
+from grasp_bench.scene.rendering import Picture
+from grasp_bench.scene.surfaces import Surfaces
 
 NORMAL = ndtri((np.arange(65536) + 0.5) / 65536).astype(np.float32)
 """Standard normal numbers, all as likely: quantiles in the middle of 65,536 equal parts, −4.3 to 4.3."""

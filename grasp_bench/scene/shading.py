@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from grasp_bench.scenario.look import Lamp, Look, Texture
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import FLOOR, TABLE
-from grasp_bench.scene.rendering import SHOWN_GROUPS, Draw, Hits, Picture, cast, geom_colors, surfaces
+from grasp_bench.scene.rendering import SHOWN_GROUPS, Draw, Hits, Picture, cast
+from grasp_bench.scene.surfaces import geom_colors, surfaces
 from grasp_bench.scene.surroundings import fixture_name
 from grasp_bench.scene.textures import amount
 from grasp_bench.system.arrays import Floats

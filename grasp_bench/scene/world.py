@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import mujoco
 import numpy as np
-from mujoco.rollout import rollout
+from mujoco.rollout import Rollout
 
 from grasp_bench.grasps import GraspPose
 from grasp_bench.robot.cup import SuctionCup
@@ -19,7 +19,12 @@ from grasp_bench.scene.sealing import Sealing
 from grasp_bench.scene.touch import Feeling, Touch
 from grasp_bench.system.arrays import Floats
 
+LAST = 10
+"""Steps between two looks at whether the objects are at rest."""
 _STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
+INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
+ROLLOUT = Rollout(nthread=0)
+"""Steps in the calling thread. It has no state; one for each motion would cost as much as a step."""
 
 
 class UnstableError(RuntimeError):
@@ -128,8 +133,11 @@ class World:
         chosen = self.target if which is None else which
         return float(self.data.xpos[self.bodies[chosen]][2]) - self._starts[chosen]
 
-    def settle(self) -> None:
+    def settle(self) -> Floats:
         """Step until all objects have been still for ``settling.still_time``.
+
+        Returns:
+            The state :data:`LAST` steps before, from which as many come to the same rest, to the bit.
 
         Raises:
             UnstableError: when one is not at rest before ``settling.timeout``.
@@ -137,11 +145,11 @@ class World:
         # The limits are the scenario's: they are part of a trial's definition. The floating gripper has its
         # own, with which labels and shipped objects were made.
         settling = self.scenario.settling
-        chunk = 10
-        period = chunk * self.model.opt.timestep
+        period = LAST * self.model.opt.timestep
         still = 0.0
         for _ in range(int(settling.timeout / period)):
-            self.step(chunk)
+            before = self.integration
+            self.step(LAST)
             moving = [self.data.qvel[v : v + 6] for v in self._speeds]
             quiet = all(
                 np.linalg.norm(v[:3]) < settling.linear_speed
@@ -150,8 +158,15 @@ class World:
             )
             still = still + period if quiet else 0.0
             if still >= settling.still_time:
-                return
+                return before
         raise UnstableError(f"the object was not at rest {settling.timeout:g} s after it was put down")
+
+    @property
+    def integration(self) -> Floats:
+        """All that the next step depends on, besides the model."""
+        state = np.empty(mujoco.mj_stateSize(self.model, INTEGRATION))
+        mujoco.mj_getState(self.model, self.data, state, INTEGRATION)
+        return state
 
     def keep(self) -> Callable[[], None]:
         """Return a function that puts everything back, to the bit, as it is now; it may be called again."""
@@ -225,7 +240,15 @@ class World:
         controls = np.repeat(data.ctrl[None], len(motion.positions), axis=0)
         controls[:, self._arm_ctrl] = motion.positions + self._lead * motion.velocities
         controls[:, self._jaw_ctrl] = self.robot.gripper.command(jaws)
-        rollout(self.model, data, before, np.repeat(controls, repeat, axis=0), initial_warmstart=warmstart)
+        ROLLOUT.rollout(
+            [self.model],
+            [data],
+            before[None],
+            np.repeat(controls, repeat, axis=0)[None],
+            skip_checks=True,  # shapes are right by construction; states on the way are not asked for
+            nstep=repeat * len(controls),
+            initial_warmstart=warmstart[None],
+        )
         if data.warning.number.any():
             data.warning.number[:] = 0
             mujoco.mj_setState(self.model, data, before, _STATE)

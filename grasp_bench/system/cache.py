@@ -1,4 +1,6 @@
-"""The folder of compiled models, kept below a size: what was used longest ago goes first.
+"""The folder of what can be made again, such as compiled models, kept below a size.
+
+What was used longest ago goes first.
 
 Several processes may use it at a time. A file is there whole or not at all, and one that vanishes while it is
 looked for is as good as one that never was there.
@@ -8,7 +10,9 @@ from __future__ import annotations
 
 import os
 import shutil
+import tempfile
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,8 +20,14 @@ from grasp_bench.errors import GraspBenchError
 
 LIMIT = "GRASP_BENCH_CACHE_MB"
 """Environment variable: megabytes that the folder may take; 0 keeps nothing."""
+AT_REST = (".rest", ".seen")
+"""Endings of the files of objects at rest, and of what a camera sees of them; all others are models."""
+SHARE = 0.01
+"""Share of the limit that a process writes between two looks at whether the folder is too large."""
 LEFT_BEHIND = 3600.0
 """Seconds after which what a killed process was writing is removed."""
+_written = [0]
+"""Bytes that this process wrote since it looked."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +40,7 @@ class Entry:
 
 
 def folder() -> Path:
-    """Folder of compiled models: below ``$GRASP_BENCH_CACHE`` or the user's cache folder."""
+    """The folder: below ``$GRASP_BENCH_CACHE`` or the user's cache folder."""
     base = os.environ.get("GRASP_BENCH_CACHE") or os.environ.get("XDG_CACHE_HOME")
     return (Path(base) if base else Path.home() / ".cache") / "grasp-bench" / "models"
 
@@ -88,6 +98,27 @@ def used(path: Path) -> bool:
     except OSError:  # a read-only folder: it is there, and nothing is removed from it
         return path.is_file()
     return True
+
+
+def put(path: Path, write: Callable[[Path], object]) -> None:
+    """Put a file into the folder, whole or not at all; a full or read-only disk costs time, not the trial.
+
+    Args:
+        path: the file.
+        write: writes it, under another name.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=path.parent) as unfinished:
+            fresh = Path(unfinished) / path.name
+            write(fresh)
+            _written[0] += fresh.stat().st_size
+            fresh.replace(path)
+        if _written[0] >= SHARE * limit():
+            _written[0] = 0
+            trim()
+    except OSError:
+        pass
 
 
 def trim() -> None:

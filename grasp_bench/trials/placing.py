@@ -16,6 +16,7 @@ from shapely.affinity import translate
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import NOT_IN_THE_MODEL, compile_mjcf, compose_many, object_name
+from grasp_bench.scene.kept import settle
 from grasp_bench.scene.world import UnstableError, World
 from grasp_bench.system.arrays import Floats
 
@@ -39,16 +40,24 @@ class Resting:
     quaternion: Floats
 
 
-def put_down(world: World, model: ObjectModel, scenario: Scenario, rng: np.random.Generator) -> None:
+def put_down(
+    world: World, model: ObjectModel, scenario: Scenario, rng: np.random.Generator, scene: str = ""
+) -> None:
     """Put the object down in a random graspable resting pose and let it come to rest.
 
     Poses are drawn by their probability among those in which some grasp fits the gripper,
     with uniform yaw and a uniform place in the workspace.
+
+    Args:
+        scene: digest of the world's model, under which the rest is kept; it is not where there is none.
     """
     height, quaternion = random_pose(model, rng)
     x, y = rng.uniform(-1, 1, 2) * scenario.table.workspace + scenario.table.center
     world.place_object(np.array([x, y, height + scenario.settling.clearance]), quaternion)
-    world.settle()
+    if scene:
+        settle(world, scene)
+    else:
+        world.settle()
 
 
 def random_pose(model: ObjectModel, rng: np.random.Generator) -> tuple[float, Floats]:

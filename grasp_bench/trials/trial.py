@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.scenario.seeding import Purpose, Streams
-from grasp_bench.scene.builder import compile_scene
+from grasp_bench.scene.builder import compile_scene, scene_digest
+from grasp_bench.scene.kept import seen
 from grasp_bench.scene.world import World
 from grasp_bench.trials.attempt import Table, Trial
 from grasp_bench.trials.attempt import attempt as try_once
 from grasp_bench.trials.placing import put_down
-from grasp_bench.trials.workcell import Workcell
+from grasp_bench.trials.workcell import Workcell, take_picture
 
 
 def run_trial(
@@ -43,9 +45,11 @@ def run_trial(
 def own_table(cell: Workcell, model: ObjectModel, streams: Streams) -> Table:
     """Return what a trial on one object finds: the object alone, at rest where its streams put it."""
     model = cell.fitted(model)
+    scene = scene_digest(cell.scenario, model)
     return Table(
         [model],
         build=lambda: World(compile_scene(cell.scenario, model), cell.scenario),
-        settle=lambda world: put_down(world, model, cell.scenario, streams(Purpose.POSE)),
+        settle=lambda world: put_down(world, model, cell.scenario, streams(Purpose.POSE), scene),
         alone=True,
+        take=partial(take_picture, remember=partial(seen, scene)),
     )

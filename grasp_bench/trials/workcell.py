@@ -19,9 +19,10 @@ from grasp_bench.robot.trajectory import Trajectory
 from grasp_bench.scenario.reading import check_current
 from grasp_bench.scenario.sections import Calibration, Scenario
 from grasp_bench.scenario.seeding import Purpose, Streams
-from grasp_bench.scene.rendering import Picture, SceneCamera, surfaces
+from grasp_bench.scene.rendering import Picture, Remember, SceneCamera, looking
 from grasp_bench.scene.sensor import sense
 from grasp_bench.scene.shading import drawer
+from grasp_bench.scene.surfaces import surfaces
 from grasp_bench.scene.world import World
 from grasp_bench.trials.clock import Clock
 
@@ -101,6 +102,7 @@ def take_picture(
     rng: np.random.Generator,
     clock: Clock,
     changing: int = -1,
+    remember: Remember = looking,
 ) -> tuple[Picture, RgbdImage]:
     """Take the perfect picture of a world, and what the sensor makes of it.
 
@@ -111,9 +113,10 @@ def take_picture(
         rng: the attempt's random stream for the sensor.
         clock: takes the times of the phases ``render`` and ``sense``.
         changing: body that alone differs from the camera's last picture, −1 when others may.
+        remember: as of :meth:`SceneCamera.picture`.
     """
     with clock.phase("render"):
-        picture = camera.picture(world.model, world.data, changing)
+        picture = camera.picture(world.model, world.data, changing, remember)
     with clock.phase("sense"):
         image = sense(
             picture, camera.intrinsics, scenario.sensor, rng, surfaces(world.model), scenario.light.level

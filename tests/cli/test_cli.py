@@ -230,6 +230,20 @@ def test_impossible_arguments_are_refused(cli, line: str) -> None:
     assert "Traceback" not in ended.err
 
 
+@pytest.mark.parametrize(
+    ("line", "choices"),
+    [
+        ("evaluate --root . --dataset cornel", "'cornel' is not one of 'cornell', 'jacquard', 'synthetic'."),
+        ("train --data . --out new --recipe papr", "'papr' is not one of 'own', 'paper'."),
+    ],
+)
+def test_a_choice_that_is_none_is_refused_with_all_choices(cli, line: str, choices: str) -> None:
+    ended = cli(line)
+    told = " ".join(ended.err.replace("│", " ").split())
+    assert ended.code == 2
+    assert f"'{line.split()[-2]}': {choices}" in told, "and nothing of pydantic's between"
+
+
 def test_an_unknown_report_format_is_refused_with_all_choices(cli) -> None:
     refused(cli("report . --format markdwon"), "Did you mean markdown", "json, markdown, table")
 

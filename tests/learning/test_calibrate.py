@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -24,6 +25,7 @@ from grasp_bench.networks.registry import build
 from grasp_bench.networks.store import WeightsFile
 from grasp_bench.networks.weights import load, save
 from grasp_bench.predictors.network import NetworkPredictor
+from grasp_bench.system.integrity import MANIFEST, sha256
 
 
 class Bounded:
@@ -73,13 +75,17 @@ def test_an_opening_that_loses_what_chance_might_is_wide_enough() -> None:
     assert held.sum(0).tolist() == [153, 156]
     assert _least(held) == 0, "6 gained and 3 lost are 3 ± 3"
     held[156, 1] = 1
-    assert _least(held) == 1, "7 gained and 3 lost are 4 ± 3.2"
+    assert _least(held) == 0, "7 gained and 3 lost are 4 - 1 ± 3.2"
+    held[157, 1] = 1
+    assert _least(held) == 1, "8 gained and 3 lost are 5 - 1 ± 3.3"
     held[:] = 1
     assert _least(held) == 0
     held[0, 0] = 0
     assert _least(held) == 0, "a single scene tells nothing"
     held[1, 0] = 0
-    assert _least(held) == 1, "2 gained are 2 ± 1.4, both on one side"
+    assert _least(held) == 0, "nor do two: 2 - 1 ± 1.4"
+    held[2, 0] = 0
+    assert _least(held) == 1, "3 gained are 3 - 1 ± 1.7, all on one side"
 
 
 def test_quality_becomes_a_probability_and_keeps_its_order(scenes: list[HeldOut]) -> None:  # noqa: F811
@@ -113,6 +119,7 @@ def test_the_command_stores_it_and_predictors_use_it(tmp_path: Path, monkeypatch
         "data": {"folders": ["d"], "fingerprint": "f", "train": 1, "val": 1},
     }  # fmt: skip
     save(network, file, facts)
+    WeightsFile(file).enter_in_manifest()
     before = load("gg-cnn", file)[0].state_dict()
     plain = NetworkPredictor("gg-cnn", file)
     scene = held_out.held_out_scenes(1, 224)[0]
@@ -128,6 +135,9 @@ def test_the_command_stores_it_and_predictors_use_it(tmp_path: Path, monkeypatch
     after = load("gg-cnn", file)[0].state_dict()
     assert all(torch.equal(before[k], after[k]) for k in before)
 
+    digests = json.loads((tmp_path / MANIFEST).read_text())
+    assert digests == {file.name: sha256(file)}, "the manifest follows"
+
     widened = NetworkPredictor("gg-cnn", file)
     widened.calibration = Calibration(8.0, -1.0, 3.0)
     for a, b in zip(plain.predict(scene.image), widened.predict(scene.image), strict=True):
@@ -137,6 +147,22 @@ def test_the_command_stores_it_and_predictors_use_it(tmp_path: Path, monkeypatch
     maps = plain.maps(scene.image).width, widened.maps(scene.image).width
     wide = maps[0] > 0
     np.testing.assert_allclose(maps[1][wide], maps[0][wide] + 8, atol=1e-4)
+
+
+def test_weights_of_a_fold_are_calibrated_and_have_no_page(
+    tmp_path: Path,
+    scenes: list[HeldOut],  # noqa: F811
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    file = tmp_path / "gg-cnn.safetensors"
+    save(build("gg-cnn", "rgbd"), file, {"network": "gg-cnn", "input": "rgbd 224", "left_out": ["a"]})
+    monkeypatch.setattr(held_out, "_held_out", lambda index, crop: Bounded(scenes[0], 1.0))
+    result = CliRunner().invoke(
+        app, ["calibrate", "gg-cnn", "--weights", str(file), "--scenes", "1"], catch_exceptions=False
+    )
+    assert result.exit_code == 0, result.output
+    assert WeightsFile(file).metadata()[KEY]["scenes"] == 1
+    assert [p.name for p in tmp_path.iterdir()] == [file.name]
 
 
 @pytest.mark.parametrize(

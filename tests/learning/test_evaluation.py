@@ -29,6 +29,7 @@ from grasp_bench.learning.evaluation.protocols import CONVENTIONS, best_grasp, m
 from grasp_bench.learning.training.config import TrainConfig
 from grasp_bench.networks.registry import NETWORKS
 from grasp_bench.networks.store import WeightsFile, shipped_file
+from grasp_bench.networks.weights import with_facts
 from grasp_bench.report.accuracy import accuracy_table
 from grasp_bench.report.paper import TABLE_1, TABLE_2
 from grasp_bench.report.since import SINCE, since_table
@@ -371,6 +372,20 @@ def test_weights_of_ones_own_need_no_name(tmp_path: Path) -> None:
     assert json.loads(result.stdout)["predictor"] == "gg-cnn"
 
 
+def test_weights_that_do_not_say_their_network_need_its_name(tmp_path: Path) -> None:
+    root = write_jacquard(tmp_path / "j", SMALL)
+    mine = tmp_path / "mine.safetensors"
+    shutil.copy(shipped_file("gg-cnn").path, mine)
+    file = WeightsFile(mine)
+    with_facts(file, {key: value for key, value in file.metadata().items() if key != "network"})
+    common = ("evaluate", "--dataset", "jacquard", "--root", root, "--weights", mine)
+    with pytest.raises(AssetError, match=r"mine\.safetensors does not say of which network it is"):
+        raise invoke(*common).exception or AssertionError
+    with pytest.raises(GraspBenchError, match="--weights is for networks; oracle is none"):
+        raise invoke(*common, "--predictor", "oracle").exception or AssertionError
+    assert invoke(*common, "--predictor", "gg-cnn").exit_code == 0
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -403,3 +418,12 @@ def test_paper_rows() -> None:
     since = since_table()
     assert len(since.rows) == len(since.paper) == len(SINCE) >= 12
     assert {later.here for later in SINCE} - {""} <= set(NETWORKS)
+    assert all(later.source for later in SINCE)
+    ours = {"SE-ResUNet (2022)": "se-resunet", "SKGNet (2023)": "skgnet"}
+    assert {row[0]: row[-1] for row in since.rows if row[-1]} == ours
+
+
+def test_misprints_are_told_with_the_tables() -> None:
+    told = accuracy_table("cornell", []).note
+    for what in ("13.5 s", "98.3 % is no k/88 or k/89", "MultiGrasp", "three channels", "two grasps matches"):
+        assert what in told

@@ -145,6 +145,23 @@ def test_missing_files_are_named(tmp_path: Path) -> None:
         open_collection(root)
 
 
+def test_a_training_names_what_a_copy_lacks(tmp_path: Path) -> None:
+    root = write_cornell(tmp_path, GRASPS[:4])
+    assert gather([Source(root)], 224, kind="rgbd").notes == ()
+    (root / "01" / "pcd0101d.tiff").unlink()
+    (root / "01" / "pcd0103cpos.txt").unlink()
+    found = gather([Source(root)], 224, kind="rgbd")
+    assert len(found.train) == 2
+    (note,) = found.notes
+    assert "Incomplete samples left out, 2 files missing: 01/pcd0101d.tiff, 01/pcd0103cpos.txt." in note
+    for number in range(100, 103):
+        (root / "01" / f"pcd0{number}cpos.txt").unlink()
+    with pytest.raises(
+        AssetError, match=r"is complete: 01/pcd0100cpos\.txt, 01/pcd0101cpos\.txt, 01/pcd0102"
+    ):
+        open_collection(root)
+
+
 def test_folders_that_hold_nothing(tmp_path: Path) -> None:
     with pytest.raises(AssetError, match=r"no Cornell .* and no Jacquard"):
         open_collection(tmp_path)

@@ -185,8 +185,9 @@ def test_card_shows_command_and_settings(begun: str, folder: Path) -> None:  # n
             config.model_copy(update={"max_minutes": 14.0, "threads": 1}), [Source(folder)]
         ),
     }
-    page = model_card(cut)
-    assert "cut off by the clock" in page
+    page = model_card(cut | {"device": "one GPU", "data": facts["data"] | {"stored": "depth in mm"}})
+    assert "It took 14 minutes on one GPU, when it was cut off by the clock" in page
+    assert "depth in mm" in page
     finish = finishing_command(cut["commands"])
     assert finish in page
     assert read(finish)[0] == config.model_copy(update={"until_flat": True, "device": "cuda"})

@@ -11,7 +11,7 @@ from grasp_bench.errors import AssetError
 from grasp_bench.networks import store
 from grasp_bench.networks.packing import packed, unpacked
 from grasp_bench.networks.registry import build
-from grasp_bench.networks.store import LARGEST, LARGEST_APART, place_to_ship, shipped_file
+from grasp_bench.networks.store import LARGEST, LARGEST_APART, LARGEST_HERE, place_to_ship, shipped_file
 from grasp_bench.networks.weights import load, save
 
 
@@ -108,11 +108,11 @@ def test_large_weights_are_found_beside_the_package(tmp_path: Path, monkeypatch:
         shipped_file("fcgn").intact()
 
     monkeypatch.setattr(store, "rivals_dirs", lambda: [apart])
-    assert place_to_ship("fcgn", LARGEST).path.parent == own / "weights"
-    assert place_to_ship("fcgn", LARGEST + 1).path.parent == apart
+    assert place_to_ship("fcgn", LARGEST_HERE).path.parent == own / "weights"
+    assert place_to_ship("fcgn", LARGEST_HERE + 1).path.parent == apart
     with pytest.raises(AssetError, match="30,000,001 bytes"):
         place_to_ship("fcgn", LARGEST_APART + 1)
     monkeypatch.setattr(store, "rivals_dirs", lambda: [])
     assert shipped_file("fcgn").path == own / "weights" / "fcgn.safetensors"
     with pytest.raises(AssetError, match="no folder of that is here"):
-        place_to_ship("fcgn", LARGEST + 1)
+        place_to_ship("fcgn", LARGEST_HERE + 1)

@@ -16,6 +16,7 @@ from grasp_bench.errors import PredictorError
 from grasp_bench.grasps import Grasp, GraspPose, SpatialGrasp
 from grasp_bench.predictors import wire
 from grasp_bench.predictors.protocol import ask, checked
+from grasp_bench.predictors.spatial_controls import Antipodal6dof
 
 K = Intrinsics(640, 480, 320.0, 320.0, 320.0, 240.0)
 TURN = Rotation.from_euler("xyz", [20, -35, 130], degrees=True).as_matrix()
@@ -128,3 +129,42 @@ def test_the_cloud_is_what_was_measured() -> None:
     within = np.zeros((480, 640), bool)
     within[:2, :5] = True
     assert len(seen.cloud(within)[0]) == 5
+
+
+def stood(box: tuple[slice, slice], depth: float) -> RgbdImage:
+    """The table at 0.55 m with something nearer in a part of the picture."""
+    seen = image()
+    seen.depth[box] = depth
+    return seen
+
+
+def test_fingers_behind_what_is_seen_count_as_hidden() -> None:
+    """A hand from above, its jaws along the image's x, around a place 20 mm above the table."""
+    chooser = Antipodal6dof()
+    pose = GraspPose(np.array([0.0, 0.0, 0.53]), np.eye(3), 0.06)
+    left, right = (slice(200, 280), slice(0, 320)), (slice(200, 280), slice(320, 640))
+    assert chooser._hidden(image(), pose) == 0, "both fingers are above the table"
+    assert chooser._hidden(stood(right, 0.45), pose) == 0.5, "what stands there hides one of them"
+    assert chooser._hidden(stood(left, 0.45), pose.flipped()) == 0.5
+    assert chooser._hidden(stood((slice(None), slice(None)), 0.45), pose) == 1
+    assert chooser._hidden(stood(right, 0.0), pose) == 0, "where nothing was measured, nothing is known"
+    upper = 0.53 - chooser.GRIPPER.pad[2] / 2 - chooser.BEHIND / 2
+    assert chooser._hidden(stood(right, upper), pose) == pytest.approx(1 / 6), "only the tips of one finger"
+    beyond = replace(pose, position=np.array([-0.53, 0.0, 0.53]))
+    assert chooser._hidden(stood(left, 0.45), beyond) == 0.5, "one is hidden, the other not in the picture"
+
+
+def test_of_two_hands_the_one_in_sight_is_proposed_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same block twice; the second time all hands on its right are out of sight."""
+    seen = stood((slice(215, 265), slice(308, 332)), 0.53)
+    chooser = Antipodal6dof()
+    chooser.begin(np.random.default_rng(0))
+    plain = chooser.predict(seen)
+    assert plain
+    best = plain[0]
+    monkeypatch.setattr(Antipodal6dof, "_hidden", lambda self, image, pose: float(pose.position[0] > 0))
+    chooser.begin(np.random.default_rng(0))
+    hidden = chooser.predict(seen)
+    assert hidden[0].position[0] <= 0
+    assert {p.quality for p in hidden if p.position[0] > 0} <= {0.0}
+    assert best.quality >= hidden[0].quality > 0

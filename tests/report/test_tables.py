@@ -52,3 +52,45 @@ def test_text_is_shown_as_it_is(text: str, shown: str) -> None:
 
 def test_a_rate_is_counts_rate_and_interval() -> None:
     assert rate_cells(Rate(168, 180)) == ["168/180", "93.3%", "88.7% – 96.1%"]
+
+
+def rows_as_shown(table: TextTable, width: int) -> list[str]:
+    lines = as_text([table], width).splitlines()
+    assert max(map(len, lines)) <= width
+    return lines
+
+
+METHODS = TextTable(
+    "",
+    ("Method", "Correct", "95 % interval", "On"),
+    [
+        ["gr-convnet-16, zero-shot", "25/40", "47.0% – 75.8%", "40 of 885 strict\u00a0¹"],
+        ["HTC-Grasp (HTC-Grasp authors)", "", "", "paper"],
+    ],
+    numbers=(1, 2),
+)
+
+
+@pytest.mark.parametrize(
+    ("width", "first"),
+    [
+        (120, "gr-convnet-16, zero-shot"),
+        (80, "gr-convnet-16, zero-shot"),
+        (60, "gr-convnet-16,"),
+        (48, "gr-"),
+    ],
+)
+def test_words_are_whole_where_a_table_is_folded(width: int, first: str) -> None:
+    """What gives is the room between words, then that between columns, then hyphens."""
+    lines = rows_as_shown(METHODS, width)
+    column = [line[1:].split("  ")[0].strip() for line in lines]
+    assert first in column
+    words = set(" ".join(column).replace("- ", "-").split())
+    assert {"gr-convnet-16,", "zero-shot", "HTC-Grasp", "(HTC-Grasp", "authors)"} <= words
+    assert not any(line.strip().startswith("¹") for line in lines)
+    assert any("47.0% – 75.8%" in line for line in lines)
+
+
+def test_a_terminal_too_narrow_for_words_still_shows_every_letter() -> None:
+    table = TextTable("", ("Method",), [["abcdefghijklmnopqrstuvwxyz"]])
+    assert "".join(rows_as_shown(table, 12)[2:]).replace(" ", "").endswith("abcdefghijklmnopqrstuvwxyz")

@@ -14,7 +14,8 @@ from grasp_bench.camera import CameraPose, Intrinsics
 from grasp_bench.errors import GraspBenchError, UnknownNameError
 from grasp_bench.scenario.sections import Scenario
 from grasp_bench.scene.builder import compile_scene
-from grasp_bench.scene.rendering import Picture, SceneCamera, geom_colors, incidence_cosine, raycast
+from grasp_bench.scene.rendering import Picture, SceneCamera, incidence_cosine, raycast
+from grasp_bench.scene.surfaces import geom_colors
 from grasp_bench.scene.world import World
 from grasp_bench.system.graphics import RENDERERS, available, resolve_renderer
 

@@ -12,8 +12,8 @@ from test_sensor import GREY, SILENT, H, K, W, perfect, seen, wall
 from grasp_bench.camera import RgbdImage
 from grasp_bench.scenario.sections import Sensor
 from grasp_bench.scenario.sensors import PRESET_NAMES, PRESETS
-from grasp_bench.scene.rendering import Surfaces, surfaces
 from grasp_bench.scene.sensor import sense
+from grasp_bench.scene.surfaces import Surfaces, surfaces
 
 
 def lit(level: float = 1.0, rgb: np.ndarray = GREY, seed: int = 0, **terms: Any) -> RgbdImage:

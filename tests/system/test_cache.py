@@ -1,4 +1,4 @@
-"""The cache of compiled models: least recently used first, and safe where several processes use it."""
+"""The cache: what was used longest ago goes first, and several processes may use it."""
 
 from __future__ import annotations
 
@@ -111,9 +111,34 @@ def test_the_command_shows_and_clears(folder: Path) -> None:
     assert (told["folder"], told["models"], told["bytes"]) == (str(folder), 3, 3 * 10**6)
     assert (told["limit_bytes"], told["last_used"]["this week"]) == (
         3 * 10**6,
-        {"models": 2, "bytes": 2 * 10**6},
+        {"models": 2, "at_rest": 0, "bytes": 2 * 10**6},
     )
     removed = CliRunner().invoke(app, ["cache", "clear"])
     assert removed.output == f"Removed 3 models, 3 MB from {folder}\n"
     assert names(folder) == set()
     assert json.loads(CliRunner().invoke(app, ["cache", "clear", "--json"]).output)["models"] == 0
+
+
+def test_the_command_tells_objects_at_rest_from_models(folder: Path) -> None:
+    for name in ("a.mjb", "b.rest", "c.seen"):
+        put(folder, name, 1)
+    assert CliRunner().invoke(app, ["cache"]).output.splitlines()[0] == (
+        f"{folder}: 1 model, 2 of objects at rest, 3 MB of at most 3 MB"
+    )
+    told = json.loads(CliRunner().invoke(app, ["cache", "--json"]).output)
+    assert (told["models"], told["at_rest"], told["bytes"]) == (1, 2, 3 * 10**6)
+    removed = CliRunner().invoke(app, ["cache", "clear"])
+    assert removed.output == f"Removed 1 model, 2 of objects at rest, 3 MB from {folder}\n"
+
+
+def test_writing_keeps_the_folder_within_the_limit(folder: Path) -> None:
+    for name in "abc":
+        put(folder, name, 5)
+    cache.put(folder / "d", lambda fresh: fresh.write_bytes(bytes(10**6)))
+    assert len(names(folder)) == 3
+    assert "d" in names(folder)
+
+
+def test_a_folder_that_cannot_be_written_is_no_fault(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    cache.put(tmp_path / "file" / "a", lambda fresh: fresh.write_bytes(b"a"))

@@ -38,6 +38,7 @@ from grasp_bench.runs.evaluation import DatasetName
 from grasp_bench.system.arrays import Floats
 
 _LABELS = re.compile(r"pcd(\d{4,})cpos\.txt$")
+_PICTURE = re.compile(r"(pcd\d{4,})r\.(png|jpe?g)$")
 MILLIMETRE = 1e-3
 
 
@@ -66,7 +67,8 @@ class Cornell(Collection):
         if not any(e.depth is not None and e.depth.is_file() for e in entries):
             entries = [replace(e, depth=None) for e in entries]
         held = hold(root, entries, lambda labels: usable_rectangles(read_corners(labels))[0])
-        return cls(root, held.entries, held.missing, window=320, notes=held.notes)
+        missing = [*held.missing, *_without_labels(root)]
+        return cls(root, held.entries, missing, window=320, notes=held.notes)
 
     def load(self, entry: Entry) -> Sample:
         """Read one sample; AssetError names a file that is damaged."""
@@ -81,6 +83,13 @@ class Cornell(Collection):
         else:
             depth = distance_from_cloud(entry.depth, shape)
         return Sample(entry.name, rgb, depth, rectangles, dropped)
+
+
+def _without_labels(root: Path) -> list[str]:
+    """Return the files of labels that lack beside a picture, relative to the root."""
+    named = {found[1]: p for p in own_files(root, "pcd*r.*") if (found := _PICTURE.match(p.name))}
+    labels = [path.with_name(f"{name}cpos.txt") for name, path in sorted(named.items())]
+    return [path.relative_to(root).as_posix() for path in labels if not path.is_file()]
 
 
 def read_corners(path: Path) -> Floats:

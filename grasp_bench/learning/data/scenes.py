@@ -102,11 +102,13 @@ class SceneSet:
     Attributes:
         train, val: scenes in order of the index.
         fingerprint: changes whenever a scene is added, dropped or moved to another split.
+        notes: what of the folders could not be used, in sentences.
     """
 
     train: Sequence[Scene]
     val: Sequence[Scene]
     fingerprint: str
+    notes: tuple[str, ...] = ()
 
 
 class StoredScenes(Sequence[Scene]):

@@ -29,7 +29,7 @@ from grasp_bench.learning.evaluation.protocols import (
 from grasp_bench.learning.training.augment import View, crop_scene
 from grasp_bench.networks.registry import NETWORKS
 from grasp_bench.networks.spec import Kind
-from grasp_bench.predictors.names import load_predictor
+from grasp_bench.predictors.names import load_predictor, with_weights
 from grasp_bench.predictors.network import NetworkPredictor
 from grasp_bench.predictors.protocol import Predictor
 from grasp_bench.predictors.shipped import SHIPPED
@@ -147,12 +147,10 @@ def evaluate(
 
 
 def _load(question: Question) -> Predictor:
-    if question.weights is not None or question.predictor not in SHIPPED:
-        if question.predictor in NETWORKS:
-            return _prepared(NetworkPredictor(question.predictor, question.weights), question)
-        if question.weights is not None:
-            raise GraspBenchError(f"--weights is for networks; {question.predictor} is none.")
-    predictor = load_predictor(question.predictor)
+    name = question.predictor
+    if question.weights is None and name in NETWORKS and name not in SHIPPED:
+        return _prepared(NetworkPredictor(name), question)  # says that its weights are missing
+    predictor = load_predictor(name if question.weights is None else with_weights(name, question.weights))
     return _prepared(predictor, question) if isinstance(predictor, NetworkPredictor) else predictor
 
 

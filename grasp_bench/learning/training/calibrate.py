@@ -91,11 +91,12 @@ def _least(held: Floats) -> int:
     """Return the first column of (scenes, openings) that loses no more to the best than chance might.
 
     By the rule of one standard error (L. Breiman and others, Classification and Regression Trees, 1984), here
-    McNemar's: the root of the number of scenes in which only one of two openings holds. The largest of
+    McNemar's: the root of the number of scenes in which only one of two openings holds, with Edwards's
+    correction for counts (Psychometrika 13, 1948), as two scenes to none are no evidence. The largest of
     several noisy counts alone says too much for wide openings, which collide where others stand near.
     """
     lost = held[:, [held.sum(0).argmax()]] - held
-    return int((lost.sum(0) <= np.sqrt(np.abs(lost).sum(0))).argmax())
+    return int((lost.sum(0) - 1 <= np.sqrt(np.abs(lost).sum(0))).argmax())
 
 
 def _held(scene: HeldOut, grasp: Grasp) -> list[bool]:

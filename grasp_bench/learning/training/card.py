@@ -7,6 +7,9 @@ import shlex
 from collections.abc import Sequence
 from typing import Any
 
+import torch
+from torch import nn
+
 from grasp_bench.learning.data.opening import open_collection
 from grasp_bench.learning.data.scenes import INDEX, SceneSet, is_generated
 from grasp_bench.learning.data.stages.style import Style
@@ -16,6 +19,7 @@ from grasp_bench.learning.training.sources import Source
 from grasp_bench.networks.calibration import KEY
 from grasp_bench.networks.registry import info, parameter_count
 from grasp_bench.runs.statistics import wilson
+from grasp_bench.system.machine import cpu_name
 
 TOLD_ELSEWHERE = FREE_TO_CHANGE | {"network", "input", "init", "steps", "seed"}
 """Settings that the card has in other places, or that change no weights."""
@@ -34,6 +38,7 @@ def provenance(
         "begun_with": config.init,
         "steps": course.end,
         "seconds": round(course.seconds),
+        "device": _device(trained.network),
         "ended": course.why,
         "flops": course.flops * config.batch * course.end,
         "curve": [{"step": point.step} | point.figures for point in course.curve],
@@ -53,6 +58,12 @@ def provenance(
             "held": [accuracy.held, accuracy.tried],
         },
     }
+
+
+def _device(network: nn.Module) -> str:
+    """Return what a network is on: the name of the GPU, or of the processor."""
+    device = next(network.parameters()).device
+    return torch.cuda.get_device_name(device) if device.type == "cuda" else cpu_name()
 
 
 def _begun_with(config: TrainConfig) -> list[str]:
@@ -121,7 +132,7 @@ Weights for `grasp-bench`, network `{facts["network"]}` with {facts["parameters"
 {facts["input"]} px. Architecture after: {facts["reference"]}.
 
 ## Training
-{_begun(facts)}: {data["train"]} scenes of {", ".join(data["folders"])}
+{_begun(facts)}: {data["train"]} scenes of {", ".join(data["folders"])}{_kept(data)}
 (fingerprint `{data["fingerprint"]}`), {facts["steps"]} steps, seed {facts["seed"]}; {settings}.{_took(facts)}
 
 ```
@@ -141,12 +152,17 @@ weights, which were never published.
 """
 
 
+def _kept(data: dict[str, Any]) -> str:
+    return f", {data['stored']}" if data.get("stored") else ""
+
+
 def _took(facts: dict[str, Any]) -> str:
     seconds = facts.get("seconds")
     if not seconds:
         return ""
     why = {"flat": ", until it got no better", "minutes": ", when it was cut off by the clock"}
-    told = f" It took {seconds / 60:.0f} minutes{why.get(facts.get('ended', ''), '')}."
+    device = f" on {facts['device']}" if facts.get("device") else ""
+    told = f" It took {seconds / 60:.0f} minutes{device}{why.get(facts.get('ended', ''), '')}."
     if facts.get("ended") == "minutes":
         last = facts["commands"].splitlines()[-1]
         told += (

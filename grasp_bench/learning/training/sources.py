@@ -137,6 +137,7 @@ def gather(
             return load_scenes([s.folder for s in sources], crop)
     train: list[Sequence[Scene]] = []
     val: list[Sequence[Scene]] = []
+    notes: list[str] = []
     digest = hashlib.sha256(f"{holdout} {split} {seed}".encode())
     for source in sources:
         if is_generated(source.folder):
@@ -147,6 +148,8 @@ def gather(
         else:
             collection = open_collection(source.folder, generated=True)
             collection.require(kind, "The network")
+            if collection.missing or collection.notes:
+                notes.append(collection.describe())
             chosen, tested = list(range(len(collection.entries))), []
             if holdout is not None:
                 folds = make_folds([e.object for e in collection.entries], holdout[1], split, seed)
@@ -156,4 +159,4 @@ def gather(
             digest.update("".join(f"{collection.entries[i].name}\n" for i in chosen).encode())
         digest.update(f"{source.weight}".encode())
     weights = [s.weight for s in sources if s.weight is not None]
-    return SceneSet(Mixture(train, weights or None), Mixture(val), digest.hexdigest()[:16])
+    return SceneSet(Mixture(train, weights or None), Mixture(val), digest.hexdigest()[:16], tuple(notes))

@@ -19,9 +19,10 @@ from grasp_bench.learning.data.framing import Frame
 from grasp_bench.learning.data.stages.staging import Stage
 from grasp_bench.predictors.level import LevelView, level_view
 from grasp_bench.predictors.tabletop import levelled
-from grasp_bench.scene.rendering import Picture, raycast, surfaces
+from grasp_bench.scene.rendering import Picture, raycast
 from grasp_bench.scene.sensor import sense
 from grasp_bench.scene.shading import Shader
+from grasp_bench.scene.surfaces import surfaces
 from grasp_bench.scene.surroundings import FIXTURE
 
 WINDOW = 224

@@ -1,4 +1,4 @@
-"""Looks for the shapes of the objects `grid`: `python scripts/search_grid.py POOL.jsonl [--draws N]`.
+"""Looks for the shapes of the objects `grid`: `python scripts/search_grid.py POOL.jsonl`.
 
 For each size and grade, shapes are drawn in turn, built and measured, until the difficulty of one comes near
 the grade's aim. What was measured is kept in the pool, so that a killed search goes on. A shape counts if the
@@ -60,7 +60,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("pool", type=Path)
     parser.add_argument("--draws", type=int, default=24)
+    parser.add_argument("--sizes", help="only these, by index; by default all")
     asked = parser.parse_args()
+    sizes = [int(s) for s in asked.sizes.split(",")] if asked.sizes else list(range(len(grid.SIZES)))
     asked.pool.touch()
     pool = [json.loads(line) for line in asked.pool.read_text().splitlines()]
     known = {(c["size"], c["grade"], c["draw"]) for c in pool}
@@ -73,7 +75,7 @@ def main() -> None:
             with asked.pool.open("a") as file:
                 file.write(json.dumps(pool[-1]) + "\n")
 
-    cells = [(size, grade) for size in range(len(grid.SIZES)) for grade in range(len(grid.GRADES))]
+    cells = [(size, grade) for size in sizes for grade in range(len(grid.GRADES))]
     for size, grade in cells:  # one at least
         draws = iter(range(MOST))
         while best(pool, size, grade) is None:
@@ -83,7 +85,7 @@ def main() -> None:
             found = best(pool, size, grade)
             if found is None or abs(found["failing"] - grid.AIMS[grade]) > NEAR:
                 look(size, grade, draw)
-    for size in range(len(grid.SIZES)):
+    for size in sizes:
         row = [best(pool, size, grade) for grade in range(len(grid.GRADES))]
         draws = ", ".join(str(c["draw"]) if c else "None" for c in row)
         print(f"    ({draws}),  # " + " ".join(f"{c['failing']:.2f}" if c else "-" for c in row))

@@ -1,4 +1,4 @@
-"""``scripts/measure_all.py``: what is measured, and its tables."""
+"""``scripts/measure_all.py``: what is measured, its tables, and that a part that was cut off goes on."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from pathlib import Path
 import pytest
 
 from grasp_bench.report.tables import markdown
+from grasp_bench.runs.results import RunResults
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
 import measure_all
-from measure_all import Measuring, planar, suite_names
+from measure_all import Measuring, OutOfTime, planar, suite_names
 
 
 def test_all_are_measured_where_they_differ() -> None:
@@ -28,3 +29,30 @@ def test_every_part_has_a_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert "Who is better: 1–2" in ranked
     assert "oracle before displaced" in worlds
     assert "| oracle | 1/1 |" in markdown(all_of.suites(1))
+
+
+def test_clutter_of_all(tmp_path: Path) -> None:
+    text = markdown(Measuring(["displaced"], tmp_path, 1, lambda *_: None).clutter(1))
+    (episode,) = (r.clutter for r in RunResults(tmp_path / "clutter" / "displaced").records)
+    assert episode is not None
+    lifted, tried = sum(a.success for a in episode.attempts), len(episode.attempts)
+    assert f"| displaced | {lifted}/{tried} |" in text
+
+
+def test_what_was_cut_off_goes_on(tmp_path: Path) -> None:
+    count = 0
+
+    def tick(*_: object) -> None:
+        nonlocal count
+        count += 1
+        if count == 3:
+            raise OutOfTime
+
+    with pytest.raises(OutOfTime):
+        Measuring(["oracle", "displaced"], tmp_path, 1, tick).rank(2)
+    there = sum(len(RunResults(tmp_path / "rank" / n)) for n in ("oracle", "displaced"))
+    assert there == 3
+    fresh: list[object] = []
+    Measuring(["oracle", "displaced"], tmp_path, 1, lambda name, record, before: fresh.append(before)).rank(2)
+    assert fresh.count(True) == 3
+    assert fresh.count(False) == 1

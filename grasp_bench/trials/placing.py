@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import lru_cache
 
 import mujoco
 import numpy as np
@@ -13,7 +15,7 @@ from shapely.affinity import translate
 
 from grasp_bench.objects.catalog import ObjectModel
 from grasp_bench.scenario.sections import Scenario
-from grasp_bench.scene.builder import compile_mjcf, compose_many, object_name
+from grasp_bench.scene.builder import NOT_IN_THE_MODEL, compile_mjcf, compose_many, object_name
 from grasp_bench.scene.kept import settle
 from grasp_bench.scene.world import UnstableError, World
 from grasp_bench.system.arrays import Floats
@@ -24,6 +26,9 @@ PLACES = 40
 """Places tried beside the others before an object is dropped onto them."""
 GAP = 0.004
 """Room between footprints where there is some [m]."""
+KEPT = 12
+"""Compiled tables that a process keeps: an attempt after a failed one finds the same objects, and all
+predictors that clear a table begin with the same."""
 
 
 @dataclass(frozen=True)
@@ -74,14 +79,34 @@ def multiply_quaternions(a: Floats, b: Floats) -> Floats:
 
 def world_of(left: list[Resting], scenario: Scenario) -> World:
     """Make the world of the objects where they rest, and the arm at home."""
-    model = compile_mjcf(compose_many(scenario, [r.model for r in left]))
+    models = tuple(r.model for r in left)
+    settings = scenario.model_dump_json(exclude=NOT_IN_THE_MODEL)
+    kept = _compiled(_Objects(settings, tuple(m.digest for m in models), scenario, models))
     world = World(
-        model, scenario, [object_name(i) for i in range(len(left))], [r.model.friction for r in left]
+        copy.copy(kept),
+        scenario,
+        [object_name(i) for i in range(len(left))],
+        [r.model.friction for r in left],
     )
     for i, place in enumerate(left):
         world.aim(i)
         world.place_object(place.position, place.quaternion)
     return world
+
+
+@dataclass(frozen=True)
+class _Objects:
+    """What a compiled model is made of; the same where settings and digests are."""
+
+    settings: str
+    digests: tuple[str, ...]
+    scenario: Scenario = field(compare=False)
+    models: tuple[ObjectModel, ...] = field(compare=False)
+
+
+@lru_cache(KEPT)
+def _compiled(objects: _Objects) -> mujoco.MjModel:
+    return compile_mjcf(compose_many(objects.scenario, objects.models))
 
 
 def resting(world: World, left: list[Resting]) -> list[Resting]:

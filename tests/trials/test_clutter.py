@@ -152,6 +152,30 @@ def test_a_layout_that_never_rests_is_refused(crowd: Scenario, models: dict[str,
         lay_out([models["pot"]], with_value(crowd, "settling.timeout", 0.021), np.random.default_rng(0))
 
 
+def test_a_kept_table_is_as_one_compiled_anew_whatever_was_done_to_it(
+    crowd: Scenario, models: dict[str, ObjectModel]
+) -> None:
+    left = [
+        Resting(models[n], np.array([0.5, y, 0.1]), np.eye(4)[0]) for n, y in (("bar", -0.1), ("pot", 0.1))
+    ]
+    placing._compiled.cache_clear()
+    first = placing.world_of(left, crowd)
+    first.model.geom_friction[:] = 9.0
+    again = placing.world_of(left, crowd)
+    kept = placing._compiled.cache_info()
+    assert (kept.misses, kept.hits) == (1, 1)
+    fresh = compile_mjcf(compose_many(crowd, [r.model for r in left]))
+    other = World(fresh, crowd, [object_name(i) for i in range(2)], [r.model.friction for r in left])
+    for i in range(2):
+        other.aim(i)
+    np.testing.assert_array_equal(again.model.geom_friction, other.model.geom_friction)
+    assert not (first.model.geom_friction == again.model.geom_friction).all()
+    for others, scenario in ((left[::-1], crowd), (left, with_value(crowd, "gripper.friction_scale", 0.5))):
+        misses = placing._compiled.cache_info().misses
+        placing.world_of(others, scenario)
+        assert placing._compiled.cache_info().misses == misses + 1, "another order, another scenario"
+
+
 def test_pads_take_on_the_friction_of_the_target(crowd: Scenario, models: dict[str, ObjectModel]) -> None:
     pair = [models["bar"], models["block"]]
     world = World(

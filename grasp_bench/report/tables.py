@@ -178,7 +178,9 @@ def _fit(table: TextTable, room: int) -> _Fit:
     then words break at hyphens; where nothing does, Rich breaks words anywhere.
     """
     cells = [[name, *(row[i] for row in table.rows)] for i, name in enumerate(table.head)]
-    taken = sum(_widest([_number_head(cells[i][0]), *cells[i][1:]]) for i in table.numbers)
+    # A table may say which columns hold numbers and have fewer columns today.
+    numbers = [own for i, own in enumerate(cells) if i in table.numbers]
+    taken = sum(_widest([_number_head(own[0]), *own[1:]]) for own in numbers)
     words = {i: own for i, own in enumerate(cells) if i not in table.numbers}
     widths = {i: _widest(own) for i, own in words.items()}
     for hyphens, tight in ((False, False), (False, True), (True, False), (True, True)):

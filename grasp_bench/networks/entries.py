@@ -25,7 +25,13 @@ REGISTERED = (
         kinds=("rgbd", "rgb"),
         group="HTC-Grasp",
         rows={1: "HTC-Grasp", 2: "HTC-Grasp", 3: "EA + CA", 4: "HTC-Grasp"},
-        others=(Weights("htc-grasp-1000", "HTC-Grasp after 1,000 steps, to compare its ablations with", rows={3: "EA + CA"}),),
+        others=(
+            Weights(
+                "htc-grasp-1000",
+                "HTC-Grasp after 1,000 steps, to compare its ablations with",
+                rows={3: "EA + CA"},
+            ),
+        ),
     ),
     Network(
         "htc-grasp-no-ea",

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from grasp_bench.report.compare import SharedTrials
-from grasp_bench.report.groups import DEVELOPED_ON, Group, grouped, leading, made_last
+from grasp_bench.report.groups import DEVELOPED_ON, Group, grouped, is_control, leading, made_last
 from grasp_bench.report.summary import Summary
 from grasp_bench.report.table4 import PAPER, TITLE, Report, row_of
 from grasp_bench.report.tables import RATE_HEAD, TextTable, rate_cells
@@ -22,6 +22,8 @@ HEAD = 6
 """Lines of its title, its head, which may be wrapped, and its rules."""
 NAME = 28
 """Characters of a row's name."""
+CONTROLS = 2
+"""Controls that have a line at least."""
 REASONS = 6
 """Ways to fail that are told with a reason."""
 NAMES = 3
@@ -59,9 +61,7 @@ def _table(
     """Return the table, and the runs that it has no line for."""
     paper = PAPER if lead.of_the_paper else ()
     most = LINES - HEAD - len(paper)
-    kept = [i for i in shown if i == mine or shown.index(i) < most]
-    if len(kept) > most:
-        kept.remove(next(i for i in reversed(kept) if i != mine))
+    kept = _kept(shown, {i for i in shown if is_control(summaries[i].info.predictor)}, most, mine)
     pairs = {} if mine is None else {v.run: v for v in SharedTrials(runs).against(mine)}
     rows = [[_short(f"{row.system} (paper)"), *rate_cells(row.lifted), ""] for row in paper]
     for i in kept:
@@ -89,6 +89,21 @@ def _table(
         marked=marked,
     )
     return table, [summaries[i] for i in shown if i not in kept]
+
+
+def _kept(shown: list[int], controls: set[int], most: int, mine: int | None) -> list[int]:
+    """Choose ``most`` of the runs that are shown, in their order: mine, and the best of either kind.
+
+    Without a control beside them the others' rates say little.
+    """
+    own = [i for i in shown if i not in controls]
+    beside = sorted(controls, key=lambda i: (i != mine, shown.index(i)))
+    places = most - min(CONTROLS, len(beside))
+    if mine in own[places:]:
+        own = [*own[: places - 1], mine]
+    kept = {*own[:places]}
+    kept.update(beside[: most - len(kept)])
+    return [i for i in shown if i in kept]
 
 
 def _other(run: Summary) -> str:

@@ -48,7 +48,9 @@ class WeightsFile:
     @property
     def card(self) -> str:
         """Where the model card of shipped weights is to be read, for messages."""
-        return f"assets/weights/{self.path.stem}.md"
+        ours = self.path.parent == assets_dir() / "weights"
+        folder = "assets/weights" if ours else "rivals/grasp_bench_rivals/weights"
+        return f"{folder}/{self.path.stem}.md"
 
     @property
     def present(self) -> bool:

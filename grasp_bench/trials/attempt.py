@@ -53,7 +53,7 @@ class Table:
 
     models: Sequence[ObjectModel]
     build: Callable[[], World]
-    settle: Callable[[World], None]
+    settle: Callable[[World], object]
     alone: bool = False
     take: Callable[..., tuple[Picture, RgbdImage]] = take_picture
     another: Callable[[], World] | None = None

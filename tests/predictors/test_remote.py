@@ -455,7 +455,8 @@ def test_a_run_by_a_command_starts_one_server_a_worker_and_leaves_none(
     outcomes = [json.loads(line)["outcome"] for line in trials(tmp_path / "out").splitlines()]
     assert outcomes == ["no_grasp", "no_grasp"]
     started = pids(tmp_path)
-    assert len(started) == 3  # one to see that it works before the first trial, and two workers'
+    # One to see that it works before the first trial, and two workers'; one may do both trials alone.
+    assert len(started) in (2, 3)
     assert all(map(gone, started))
     (tmp_path / "server.py").write_text(SERVER + "# changed\n")
     with pytest.raises(ResultsError, match="the predictor's files, package or what it says"):

@@ -48,9 +48,13 @@ class WeightsFile:
     @property
     def card(self) -> str:
         """Where the model card of shipped weights is to be read, for messages."""
-        ours = self.path.parent == assets_dir() / "weights"
-        folder = "assets/weights" if ours else "rivals/grasp_bench_rivals/weights"
+        folder = "assets/weights" if self._here else "rivals/grasp_bench_rivals/weights"
         return f"{folder}/{self.path.stem}.md"
+
+    @property
+    def _here(self) -> bool:
+        """Whether it belongs to what grasp-bench itself is shipped with."""
+        return self.path.parent == assets_dir() / "weights"
 
     @property
     def present(self) -> bool:
@@ -65,8 +69,9 @@ class WeightsFile:
     def require(self) -> None:
         """Refuse a file that is missing with an AssetError that says how to get it."""
         if not self.present:
-            ours = self.path.parent == assets_dir() / "weights"
-            large = "`pip install grasp-bench-rivals` if they are among its large ones, " if ours else ""
+            large = (
+                "`pip install grasp-bench-rivals` if they are among its large ones, " if self._here else ""
+            )
             raise AssetError(
                 f"Weights {self.path} are missing; {large}name a .safetensors file that is there, or train "
                 "them: `grasp-bench data synth --scenes 2000 --out scenes` makes scenes, and `grasp-bench "

@@ -80,7 +80,7 @@ class Summary:
     @property
     def planned(self) -> int:
         """Number of trials that the run is to have; of a race's, which may end at any, those done."""
-        return self.lifted.trials if self.info.drawn else self.info.trials
+        return self.info.planned(self.lifted.trials)
 
     def to_json(self) -> dict[str, Any]:
         """Return plain data."""

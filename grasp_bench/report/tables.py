@@ -133,9 +133,9 @@ def show(tables: Iterable[TextTable], console: Console) -> None:
         if not t.head:  # commands, which are indented, are for the terminal to wrap; a blank line after all
             for line in t.lead.splitlines():
                 whole = line.startswith(" ")
-                words = fill(line, console.width, subsequent_indent="  ", break_on_hyphens=False)
-                words = line if whole else words
-                console.print(Text(words), soft_wrap=whole)
+                if not whole:
+                    line = fill(line, console.width, subsequent_indent="  ", break_on_hyphens=False)
+                console.print(Text(line), soft_wrap=whole)
             console.print()
             continue
         if t.lead:

@@ -78,6 +78,10 @@ class RunInfo(Stored):
     apart: Annotated[bool | None, Group.ORIGIN, Field(strict=True, description="true, false or null")] = None
     drawn: Annotated[bool | None, Group.ORIGIN, Field(strict=True, description="true, false or null")] = None
 
+    def planned(self, done: int) -> int:
+        """Return how many trials the run is to have; of a race's, which may end at any, those ``done``."""
+        return done if self.drawn else self.trials
+
     @classmethod
     def keys(cls, *groups: Group) -> list[str]:
         """Return the names of all keys of some groups, in their order in the file."""

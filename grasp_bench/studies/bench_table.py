@@ -116,7 +116,7 @@ def compare(folders: Sequence[Path], reference: str = REFERENCE) -> dict[str, An
             "kind": _kind(run.predictor),
             "run": run.folder.name,
             **run.lifted.to_json(),
-            "planned_trials": len(run) if run.info.drawn else run.info.trials,
+            "planned_trials": run.info.planned(len(run)),
             "weights": trained_on(run.predictor, run.info.weights),
         }
         if against is not None and run is not against:

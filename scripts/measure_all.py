@@ -1,19 +1,23 @@
-"""Measures all shipped predictors side by side: `python scripts/measure_all.py rank|physics|clutter|suites`.
+"""Measures all shipped predictors side by side: `python scripts/measure_all.py PART`, where PART is
 
 - `rank`: the race that tells who is better, up to 180 items.
 - `physics`: whether that order would survive in 30 other worlds, 60 trials of each predictor in each.
 - `clutter`: 50 tables each.
 - `suites`: the other scenarios, each object once.
+- `seeds`: the five best on the seeds that nobody tuned on, with help and without.
 
 Every part goes on where it was stopped, by Ctrl-C or after `--minutes`. Runs are kept in `results/measured`;
-when a part is complete its tables go to `results/measured/PART.md`, and with `--publish` into the docs.
+when a part is complete its tables go to `results/measured/PART.md`, and with `--publish` into the docs. Rows
+of `clutter` and `suites` are kept in `PART.json`, so that a call with some of the predictors adds theirs.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace as changed
 from pathlib import Path
 
 from make_tables import ROOT, replace
@@ -22,8 +26,9 @@ from rich.console import Console
 from grasp_bench import api
 from grasp_bench.predictors.shipped import SHIPPED, SPATIAL
 from grasp_bench.report.clutter import clutter_table, summarise_clutter
-from grasp_bench.report.tables import TextTable, markdown
+from grasp_bench.report.tables import RATE_HEAD, TextTable, markdown, rate_cells
 from grasp_bench.runs.results import RunResults
+from grasp_bench.runs.statistics import Rate
 from grasp_bench.scenario.reading import load_scenario, scenario_names
 from grasp_bench.studies.bench_table import bench
 from grasp_bench.studies.rank import Contest, folder_name, rank, score_for
@@ -36,6 +41,11 @@ from grasp_bench.system.progress import counting
 OUT = ROOT / "results" / "measured"
 SCENARIO = "graded-as-predicted"
 BUDGET, WORLDS, WORLD_TRIALS, TABLES = 180, 30, 60, 50
+PARTS = ("rank", "physics", "clutter", "suites", "seeds")
+BEST = ("htc-grasp", "gr-convnet", "htc-grasp-no-ca", "gg-cnn2", "htc-grasp-1000")
+"""The five that lift most with help on the development seed."""
+SEEDS = range(5, 10)
+"""Of trials that neither planner nor networks were changed for."""
 Tick = Callable[..., None]
 """Called after every trial, whatever its arguments."""
 
@@ -108,32 +118,78 @@ class Measuring:
             run = RunResults(folder / folder_name(name))
             episodes = [r.clutter for r in run.records if r.clutter is not None]
             rows.append((name, summarise_clutter(episodes, len(run))))
-        return [clutter_table(rows)]
+        return [self._with_earlier(clutter_table(rows), "clutter", lambda row: -float(row[5].rstrip("%")))]
 
-    def suites(self, trials: int | None = None) -> list[TextTable]:
-        """Try every object of each scenario once."""
+    def suites(self, count: int | None = None) -> list[TextTable]:
+        """Try objects of each scenario once: all, or ``count`` at equal distances in the catalogue."""
         names, scenarios = self._names or planar(helped=True), suite_names()
         rows = [[name] for name in names]
         for scenario in scenarios:
             folder = self._out / "suites" / scenario
-            bench(folder, names, trials, scenario, workers=self._workers, on_trial=self._tick)
+            _, objects, _ = api.objects_for(load_scenario(scenario))
+            tried = evenly(objects, count or len(objects))
+            bench(folder, names, None, scenario, workers=self._workers, on_trial=self._tick, objects=tried)
             for row, name in zip(rows, names, strict=True):
                 lifted = RunResults(folder / folder_name(name)).lifted
                 row.append(f"{lifted.successes}/{lifted.trials}")
+        table = TextTable(
+            "All predictors in the other scenarios",
+            ("Predictor", *scenarios),
+            rows,
+            note="Lifted of tried, with the planner's help, seed 0; each object once.",
+            numbers=range(1, len(scenarios) + 1),
+        )
+        known = list(SHIPPED)
+        return [self._with_earlier(table, "suites", lambda row: known.index(row[0]))]
+
+    def seeds(self, trials: int | None = None) -> list[TextTable]:
+        """Try every object once a seed, assisted and as predicted."""
+        names = self._names or BEST
+        rows = [[name] for name in names]
+        for scenario in ("table4", "as-predicted"):
+            folders = [self._out / "seeds" / f"{scenario}-{seed}" for seed in SEEDS]
+            for folder, seed in zip(folders, SEEDS, strict=True):
+                bench(folder, names, trials, scenario, seed, self._workers, self._tick)
+            for row, name in zip(rows, names, strict=True):
+                lifted = [RunResults(folder / folder_name(name)).lifted for folder in folders]
+                row.append(", ".join(str(r.successes) for r in lifted))
+                row += rate_cells(Rate(sum(r.successes for r in lifted), sum(r.trials for r in lifted)))
         return [
             TextTable(
-                "All predictors in the other scenarios",
-                ("Predictor", *scenarios),
+                f"The five best on seeds {SEEDS[0]} to {SEEDS[-1]}",
+                ("Predictor", "Assisted", *RATE_HEAD, "As predicted", *RATE_HEAD),
                 rows,
-                note="Lifted of tried, with the planner's help, seed 0; each object once.",
-                numbers=range(1, len(scenarios) + 1),
+                note="Each object once a seed; nothing was changed for these trials.",
+                numbers=range(1, 9),
             )
         ]
+
+    def _with_earlier(
+        self, table: TextTable, part: str, place: Callable[[Sequence[str]], float]
+    ) -> TextTable:
+        """Return a table with the rows that earlier calls kept for other predictors, and keep all."""
+        path, rows = self._out / f"{part}.json", [list(row) for row in table.rows]
+        if path.is_file():
+            kept = json.loads(path.read_text(encoding="utf-8"))
+            if kept["head"] == list(table.head):
+                measured = {row[0] for row in rows}
+                rows += [row for row in kept["rows"] if row[0] not in measured]
+        rows.sort(key=place)
+        path.write_text(
+            json.dumps({"head": list(table.head), "rows": rows}, indent=1) + "\n", encoding="utf-8"
+        )
+        return changed(table, rows=rows)
+
+
+def evenly(names: Sequence[str], count: int) -> list[str]:
+    """Return ``count`` of the names at equal distances, or all where there are no more."""
+    step = max(len(names) / count, 1)
+    return [names[int(i * step)] for i in range(min(count, len(names)))]
 
 
 def publish(out: Path) -> None:
     """Put all tables that are complete into docs/results.md."""
-    parts = [out / f"{part}.md" for part in ("rank", "physics", "clutter", "suites")]
+    parts = [out / f"{part}.md" for part in PARTS]
     text = "\n".join(p.read_text(encoding="utf-8") for p in parts if p.is_file())
     replace(ROOT / "docs" / "results.md", "all", text)
 
@@ -143,10 +199,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("part", choices=("rank", "physics", "clutter", "suites"))
+    parser.add_argument("part", choices=PARTS)
     parser.add_argument("--predictors", help="comma-separated; by default all that are shipped")
     parser.add_argument("--minutes", type=float, help="stop after so long; the same command goes on")
-    parser.add_argument("--size", type=int, help="items, worlds, tables or trials, instead of all")
+    parser.add_argument("--size", type=int, help="items, worlds, tables, objects or trials, instead of all")
     parser.add_argument("--workers", type=int, default=0, help="processes; 0 takes one for each core")
     parser.add_argument("--out", type=Path, default=OUT)
     parser.add_argument("--publish", action="store_true", help="write complete tables into docs/results.md")

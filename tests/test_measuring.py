@@ -12,7 +12,7 @@ from grasp_bench.runs.results import RunResults
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
 import measure_all
-from measure_all import Measuring, OutOfTime, planar, suite_names
+from measure_all import SEEDS, Measuring, OutOfTime, evenly, planar, suite_names
 
 
 def test_all_are_measured_where_they_differ() -> None:
@@ -56,3 +56,25 @@ def test_what_was_cut_off_goes_on(tmp_path: Path) -> None:
     Measuring(["oracle", "displaced"], tmp_path, 1, lambda name, record, before: fresh.append(before)).rank(2)
     assert fresh.count(True) == 3
     assert fresh.count(False) == 1
+
+
+def test_rows_of_earlier_calls_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(measure_all, "suite_names", lambda: ["noisy"])
+    Measuring(["oracle"], tmp_path, 1, lambda *_: None).suites(1)
+    text = markdown(Measuring(["displaced"], tmp_path, 1, lambda *_: None).suites(2))
+    assert "| oracle | 1/1 |" in text
+    assert "| displaced | 0/2 |" in text
+    monkeypatch.setattr(measure_all, "suite_names", lambda: ["heavy"])
+    other = markdown(Measuring(["displaced"], tmp_path, 1, lambda *_: None).suites(1))
+    assert "oracle" not in other, "rows of other columns do not belong into this table"
+
+
+def test_objects_at_equal_distances() -> None:
+    assert evenly("abcdefg", 3) == ["a", "c", "e"]
+    assert evenly("abc", 3) == evenly("abc", 9) == ["a", "b", "c"]
+
+
+def test_five_seeds_with_help_and_without(tmp_path: Path) -> None:
+    text = markdown(Measuring(["displaced"], tmp_path, 1, lambda *_: None).seeds(1))
+    assert len(list((tmp_path / "seeds").iterdir())) == 2 * len(SEEDS)
+    assert text.count("| 0, 0, 0, 0, 0 | 0/5 |") == 2

@@ -55,6 +55,7 @@ def bench(
     seed: int = 0,
     workers: int | None = None,
     on_trial: Callable[[str, TrialRecord, bool], None] = lambda name, record, resumed: None,
+    objects: Sequence[str] | None = None,
 ) -> list[str]:
     """Try predictors on the same trials, each into its own folder; what is done is kept.
 
@@ -67,6 +68,7 @@ def bench(
         trials: number of trials for each; by default one for each object.
         scenario, seed, workers: as for :func:`grasp_bench.run`.
         on_trial: called with each predictor's name, record, and whether it was there before.
+        objects: names; by default those of the scenario.
 
     Returns:
         Names of shipped networks left out because their weights are missing.
@@ -77,14 +79,15 @@ def bench(
     if shared:
         prepare("auto")
         read = load_scenario(scenario)
-        catalog, objects, _ = api.objects_for(read)
+        catalog, tried, _ = api.objects_for(read, objects)
         renderer = resolve_renderer("auto")
         settings = Settings(read, catalog.folder.resolve(), next(iter(shared)), seed, renderer)
-        jobs = spread(objects, len(objects) if trials is None else trials)
+        jobs = spread(tried, len(tried) if trials is None else trials)
         with early_crew(tuple(shared), workers or 0, len(jobs)):
             run_together(settings, shared, jobs, workers or usable_cores(), on_trial)
     for name in folders.keys() - shared.keys():
         api.run(
+            objects=objects,
             trials=trials,
             predictor=name,
             scenario=scenario,

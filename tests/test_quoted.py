@@ -19,6 +19,7 @@ from grasp_bench.report.since import since_table
 from grasp_bench.report.table4 import build_report
 from grasp_bench.report.tables import escaped, markdown
 from grasp_bench.runs.folder import find_runs, load_run
+from grasp_bench.studies.bench_table import compare, read_evaluations, run_folders, tables
 
 ROOT = Path(__file__).parents[1]
 KINDS = ("as-predicted", "baseline", "graded", "reference", "seeds", "seeds-as-predicted", "suites")
@@ -85,6 +86,13 @@ def test_misprints_and_later_detectors_are_told_where_the_papers_tables_are() ->
         assert escaped(table.note) in page
     for row in since_table().rows:
         assert f"| {' | '.join(map(escaped, row))} |" in page
+
+
+def test_published_accuracy_stands_beside_what_was_measured() -> None:
+    evaluations = read_evaluations(RESULTS / "evaluation")
+    found = tables(compare(run_folders(RESULTS / "reference")), evaluations)
+    (published,) = (table for table in found if table.title.startswith("Published"))
+    assert markdown([published]).strip() in text("docs/results.md")
 
 
 def test_other_counts_of_180_in_prose_are_named_as_what_they_are() -> None:

@@ -16,6 +16,7 @@ from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.report.accuracy import ablation_table, accuracy_table
 from grasp_bench.report.compare import REFERENCE
 from grasp_bench.report.groups import PAPERS
+from grasp_bench.report.published import published_table
 from grasp_bench.report.since import since_table
 from grasp_bench.report.table4 import PAPER, ROBOTS, TITLE, Row, table_4
 from grasp_bench.report.tables import RATE_HEAD, TextTable, rate_cells
@@ -203,12 +204,13 @@ def tables(comparison: dict[str, Any], evaluations: Sequence[Evaluation]) -> lis
         if (chosen := [e for e in evaluations if e.dataset == name])
     ]
     weights = weights_table(comparison)
+    cut_off = [r["predictor"] for r in comparison["rows"] if _cut_off(r)]
     ablations = [e for e in evaluations if e.predictor in (REFERENCE, *family(UNABLATED))]
     return [
         _compared(comparison),
         *([weights] if weights.rows else []),
         *found,
-        *([since_table()] if found else []),
+        *([published_table(evaluations, cut_off), since_table()] if found else []),
         *([ablation_table(ablations)] if ablations else []),
         _ablations_in_physics(comparison),
     ]
@@ -224,7 +226,7 @@ def _compared(comparison: dict[str, Any]) -> TextTable:
         missing = row["planned_trials"] - row["trials"]
         name = row["predictor"] + (" (control)" if row["kind"] == "control" else "")
         name += f", {missing} to go" if missing else ""
-        name += CUT_OFF if (row["weights"] or {}).get("ended") == "minutes" else ""
+        name += CUT_OFF if _cut_off(row) else ""
         rows.append(Row("grasp-bench", name, Rate(row["successes"], row["trials"]), run=row["run"]))
         compared = "p_value" in row
         alone.append(f"{row['reference_only']} : {row['this_only']}" if compared else "")
@@ -237,6 +239,10 @@ def _compared(comparison: dict[str, Any]) -> TextTable:
     note = OF_THE_PAPER + NOTE if beside else NOTE
     more = {"Alone": alone, "p (Holm)": p, "Trials to tell": tell}
     return table_4(rows, more, title, note + reference, numbers=range(3))
+
+
+def _cut_off(row: dict[str, Any]) -> bool:
+    return (row["weights"] or {}).get("ended") == "minutes"
 
 
 def _beside_the_paper(comparison: dict[str, Any]) -> bool:

@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 import pytest
 import torch
+from committed import RESULTS
 from real_samples import write_cornell, write_jacquard
 from test_real_data import GRASPS, SMALL
 from test_training import folder  # noqa: F401 (eight synthetic scenes)
@@ -32,6 +33,7 @@ from grasp_bench.networks.store import WeightsFile, shipped_file
 from grasp_bench.networks.weights import with_facts
 from grasp_bench.report.accuracy import accuracy_table
 from grasp_bench.report.paper import TABLE_1, TABLE_2
+from grasp_bench.report.published import FAR, PUBLISHED, published_table
 from grasp_bench.report.since import SINCE, since_table
 from grasp_bench.report.tables import markdown
 from grasp_bench.runs.evaluation import Evaluation, Verdict
@@ -421,6 +423,24 @@ def test_paper_rows() -> None:
     assert all(later.source for later in SINCE)
     ours = {"SE-ResUNet (2022)": "se-resunet", "SKGNet (2023)": "skgnet"}
     assert {row[0]: row[-1] for row in since.rows if row[-1]} == ours
+
+
+def test_what_was_published_stands_beside_ours() -> None:
+    results = [Evaluation.read(p) for p in sorted((RESULTS / "evaluation").glob("*.json"))]
+    table = published_table(results, cut_off=["gr-convnet"])
+    rows = {row[0]: row for row in table.rows}
+    assert set(rows) <= set(NETWORKS)
+    assert {known.cornell for known in PUBLISHED} >= {87.1, 96.1, 90.6, 96.6, 96.7, 96.9}, "of Table 1"
+    for row in rows.values():
+        ours = [c for c in (row[3], row[4], row[7]) if c]
+        far = [p for p in (row[5], row[8]) if p and abs(float(p)) > FAR]
+        assert bool(row[-1]) == bool(far or not ours), row
+    zero_shot = Evaluation.read(RESULTS / "evaluation" / "cornell-gr-convnet-zero-shot-strict.json")
+    assert rows["gr-convnet"][5] == f"{100 * zero_shot.rate - 96.6:+.1f}"
+    assert "cut off by the clock" in rows["gr-convnet"][-1]
+    assert "cut off" not in rows["htc-grasp"][-1]
+    fold = Evaluation.read(RESULTS / "evaluation" / "cornell-htc-grasp-rgb-object-strict.json")
+    assert rows["htc-grasp"][5] == f"{100 * fold.rate - 96.9:+.1f}", "what was trained alike comes first"
 
 
 def test_misprints_are_told_with_the_tables() -> None:

@@ -177,6 +177,7 @@ def test_command_prints_what_is_there(tmp_path: Path) -> None:
         "What was trained on what",
         "Table 1, re-measured",
         "Table 2, re-measured",
+        "Published accuracy, and ours",
         "Since then, and beside",
         "Table 3, re-measured",
         "Table 3's ablations on the",

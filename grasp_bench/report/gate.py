@@ -199,6 +199,12 @@ def check_same_trials(baseline: RunResults, new: RunResults) -> None:
             f"{other}: {listed(found)}. Run both with the same scenario, objects, trials and seed."
         )
     for run in (baseline, new):
+        if run.info.drawn:
+            raise NotComparableError(
+                f"{run.folder} is of a race, which ended when it could tell: a test for a fixed number of "
+                "trials would be too sure of it. Go by what `grasp-bench rank` said, or make a run of each "
+                "with `grasp-bench run`."
+            )
         planned = range(run.info.trials)
         if missing := sorted(set(planned) - {r.trial for r in run.records}):
             shown = ", ".join(map(str, missing[:6])) + (" …" if len(missing) > 6 else "")

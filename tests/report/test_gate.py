@@ -124,6 +124,13 @@ def test_unfinished_runs_are_not_compared(tmp_path: Path, which: str) -> None:
         check(new, old)
 
 
+@pytest.mark.parametrize("which", ["old", "new"])
+def test_runs_of_a_race_are_not_tested_once_more(tmp_path: Path, which: str) -> None:
+    old, new = (write_run(tmp_path / n, drawn=True if n == which else None) for n in ("old", "new"))
+    with pytest.raises(NotComparableError, match=f"{which} is of a race, .*grasp-bench rank"):
+        check(new, old)
+
+
 def test_a_shard_is_not_compared_with_a_whole_run(tmp_path: Path) -> None:
     old, new = write_run(tmp_path / "old"), write_run(tmp_path / "new", shard=Shard(1, 3))
     with pytest.raises(NotComparableError, match="lacks 6 of 9 trials"):

@@ -19,6 +19,8 @@ from grasp_bench.studies.plausible import plausible
 from grasp_bench.studies.rank import Contest, folder_name
 from grasp_bench.system.arrays import Floats
 
+AGAIN = 1000
+"""How often trials are drawn again."""
 OnTrial = Callable[[str, int, TrialRecord, bool], None]
 """Called with a predictor's name, the world's number, its record, and whether it was there before."""
 
@@ -41,17 +43,25 @@ class Pair:
 
 @dataclass(frozen=True)
 class Worlds:
-    """Mean scores of predictors in several worlds, on the same trials.
+    """Scores of predictors in several worlds, on the same trials.
 
     Attributes:
-        means: mean scores (worlds,) of each predictor; the first world is the scenario itself.
-        trials: number of trials of each predictor in each world.
+        scores: of each predictor (worlds, trials); the first world is the scenario itself.
         score: what a trial counts, in words.
     """
 
-    means: Mapping[str, Floats]
-    trials: int
+    scores: Mapping[str, Floats]
     score: str
+
+    @property
+    def trials(self) -> int:
+        """Number of trials of each predictor in each world."""
+        return next(iter(self.scores.values())).shape[1]
+
+    @property
+    def means(self) -> dict[str, Floats]:
+        """Mean scores (worlds,) of each predictor."""
+        return {name: found.mean(1) for name, found in self.scores.items()}
 
     @property
     def order(self) -> list[str]:
@@ -65,10 +75,17 @@ class Worlds:
         1 is the same order, 0 none in common, −1 the reverse; NaN where all are level.
         M. G. Kendall, “The treatment of ties in ranking problems”, Biometrika 33 (1945) 239–251.
         """
-        from scipy.stats import kendalltau
+        return _taus(np.array(list(self.means.values())).T)
 
-        table = np.array(list(self.means.values()))
-        return np.array([kendalltau(table[:, 0], column).statistic for column in table.T[1:]])
+    @property
+    def chance(self) -> Floats:
+        """τ of the scenario's own order with that on trials drawn again, with replacement, from its own.
+
+        Shape (:data:`AGAIN`,): what other trials alone would do to the order, without another world.
+        """
+        own = np.array([found[0] for found in self.scores.values()])
+        drawn = np.random.default_rng(0).integers(self.trials, size=(AGAIN, self.trials))
+        return _taus(np.vstack([own.mean(1), own[:, drawn].mean(2).T]))
 
     @property
     def pairs(self) -> list[Pair]:
@@ -87,8 +104,22 @@ class Worlds:
             "score": self.score,
             "means": {n: [float(v) for v in values] for n, values in self.means.items()},
             "kendall_tau": [None if np.isnan(t) else float(t) for t in self.taus],
+            "kendall_tau_of_other_trials": _summary(self.chance),
             "neighbours": [vars(p) for p in self.pairs],
         }
+
+
+def _taus(means: Floats) -> Floats:
+    """Return Kendall's τ-b (n,) of each of n rows of means (1 + n, predictors) with the first."""
+    from scipy.stats import kendalltau
+
+    return np.array([kendalltau(means[0], row).statistic for row in means[1:]])
+
+
+def _summary(taus: Floats) -> dict[str, float] | None:
+    """Return mean and 5th percentile; None where all are undefined."""
+    known = taus[~np.isnan(taus)]
+    return {"mean": float(known.mean()), "p5": float(np.percentile(known, 5))} if len(known) else None
 
 
 def in_worlds(
@@ -115,24 +146,20 @@ def in_worlds(
     rng = np.random.default_rng(np.random.SeedSequence([contest.seed, trials, len(contest.objects)]))
     chosen = sorted(rng.choice(len(contest.objects), trials, replace=False))
     jobs = spread([contest.objects[i] for i in chosen], trials)
-    scores: dict[str, list[list[float]]] = {n: [] for n in contest.predictors}
+    scores = {n: np.zeros((worlds + 1, trials)) for n in contest.predictors}
     for world in range(worlds + 1):
         scenario = plausible(contest.scenario, world, contest.seed)
         settings = Settings(
             scenario, contest.catalog.folder.resolve(), contest.predictors[0], contest.seed, "raycast"
         )
         folders = {n: folder / f"world{world}" / folder_name(n) for n in contest.predictors}
-        for found in scores.values():
-            found.append([])
 
         def take(name: str, record: TrialRecord, there: bool, world: int = world) -> None:
-            scores[name][world].append(contest.score.of(record))
+            scores[name][world, record.trial] = contest.score.of(record)
             on_trial(name, world, record, there)
 
         run_together(settings, folders, jobs, workers, take)
-    # In the order of their values, so that a mean does not depend on the order in which trials ended.
-    means = {n: np.array([float(np.mean(np.sort(w))) for w in found]) for n, found in scores.items()}
-    return Worlds(means, trials, contest.score.what)
+    return Worlds(scores, contest.score.what)
 
 
 def worlds_table(found: Worlds) -> TextTable:
@@ -147,6 +174,11 @@ def worlds_table(found: Worlds) -> TextTable:
     tau = "undefined"
     if len(known):
         tau = f"from {known.min():.2f} to {known.max():.2f}, mean {known.mean():.2f}"
+    if chance := _summary(found.chance):
+        tau += (
+            f". Other trials in the scenario's own world would give a mean of {chance['mean']:.2f}, one time "
+            f"in twenty less than {chance['p5']:.2f}"
+        )
     return TextTable(
         f"Would the order survive? {others} other worlds",
         ("Neighbours", f"Mean {found.score}", "Holds", "Level", "Turned"),

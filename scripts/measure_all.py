@@ -88,6 +88,7 @@ class Measuring:
 
     def __init__(self, names: Sequence[str] | None, out: Path, workers: int, tick: Tick) -> None:
         self._names, self._out, self._workers, self._tick = names, out, workers, tick
+        self.world_trials = WORLD_TRIALS
 
     def _contest(self, budget: int) -> Contest:
         scenario = load_scenario(SCENARIO)
@@ -102,12 +103,10 @@ class Measuring:
         unseen = unseen_table(race)
         return [ranking_table(race, contest.score.what), *([unseen] if unseen else [])]
 
-    def physics(self, worlds: int = WORLDS, trials: int = WORLD_TRIALS) -> list[TextTable]:
+    def physics(self, worlds: int = WORLDS, trials: int | None = None) -> list[TextTable]:
         """Repeat the same trials in other worlds."""
-        folder = self._out / "rank"
-        return [
-            worlds_table(in_worlds(self._contest(BUDGET), worlds, trials, folder, self._workers, self._tick))
-        ]
+        contest, folder, count = self._contest(BUDGET), self._out / "rank", trials or self.world_trials
+        return [worlds_table(in_worlds(contest, worlds, count, folder, self._workers, self._tick))]
 
     def clutter(self, tables: int = TABLES) -> list[TextTable]:
         """Clear tables."""
@@ -204,6 +203,7 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, help="stop after so long; the same command goes on")
     parser.add_argument("--size", type=int, help="items, worlds, tables, objects or trials, instead of all")
     parser.add_argument("--workers", type=int, default=0, help="processes; 0 takes one for each core")
+    parser.add_argument("--world-trials", type=int, default=WORLD_TRIALS, help="of a predictor in a world")
     parser.add_argument("--out", type=Path, default=OUT)
     parser.add_argument("--publish", action="store_true", help="write complete tables into docs/results.md")
     asked = parser.parse_args()
@@ -219,6 +219,7 @@ def main() -> None:
 
         names = asked.predictors.split(",") if asked.predictors else None
         measuring = Measuring(names, asked.out, asked.workers or usable_cores(), tick)
+        measuring.world_trials = asked.world_trials
         try:
             measure = getattr(measuring, asked.part)
             tables = measure() if asked.size is None else measure(asked.size)

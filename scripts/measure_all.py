@@ -16,7 +16,7 @@ from __future__ import annotations
 import argparse
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace as changed
 from pathlib import Path
 
@@ -27,8 +27,9 @@ from grasp_bench import api
 from grasp_bench.predictors.shipped import SHIPPED, SPATIAL
 from grasp_bench.report.clutter import clutter_table, summarise_clutter
 from grasp_bench.report.tables import RATE_HEAD, TextTable, markdown, rate_cells
+from grasp_bench.runs.comparison import Comparison
 from grasp_bench.runs.results import RunResults
-from grasp_bench.runs.statistics import Rate
+from grasp_bench.runs.statistics import Rate, holm, mcnemar
 from grasp_bench.scenario.reading import load_scenario, scenario_names
 from grasp_bench.studies.bench_table import bench
 from grasp_bench.studies.rank import Contest, folder_name, rank, score_for
@@ -149,19 +150,31 @@ class Measuring:
             folders = [self._out / "seeds" / f"{scenario}-{seed}" for seed in SEEDS]
             for folder, seed in zip(folders, SEEDS, strict=True):
                 bench(folder, names, trials, scenario, seed, self._workers, self._tick)
-            for row, name in zip(rows, names, strict=True):
-                lifted = [RunResults(folder / folder_name(name)).lifted for folder in folders]
-                row.append(", ".join(str(r.successes) for r in lifted))
-                row += rate_cells(Rate(sum(r.successes for r in lifted), sum(r.trials for r in lifted)))
+            runs = {name: [RunResults(folder / folder_name(name)) for folder in folders] for name in names}
+            for row, name, p in zip(rows, names, ["", *self._p_values(runs)], strict=True):
+                lifted = [run.lifted for run in runs[name]]
+                whole = Rate(sum(r.successes for r in lifted), sum(r.trials for r in lifted))
+                row += [", ".join(str(r.successes) for r in lifted), *rate_cells(whole), p]
         return [
             TextTable(
                 f"The five best on seeds {SEEDS[0]} to {SEEDS[-1]}",
-                ("Predictor", "Assisted", *RATE_HEAD, "As predicted", *RATE_HEAD),
+                ("Predictor", *("Assisted", *RATE_HEAD, "p"), *("As predicted", *RATE_HEAD, "p")),
                 rows,
-                note="Each object once a seed; nothing was changed for these trials.",
-                numbers=range(1, 9),
+                note="Each object once a seed; nothing was changed for these trials. "
+                f"p: McNemar's exact test against {names[0]} on the same trials, Holm-corrected over rows.",
+                numbers=range(1, 11),
             )
         ]
+
+    @staticmethod
+    def _p_values(runs: Mapping[str, Sequence[RunResults]]) -> list[str]:
+        """Return each p-value but the first's, of runs on the same seeds against the first's."""
+        first, *others = runs.values()
+        found = []
+        for other in others:
+            pairs = [Comparison.of(a, b) for a, b in zip(first, other, strict=True)]
+            found.append(mcnemar(sum(p.first_only for p in pairs), sum(p.second_only for p in pairs)))
+        return [f"{p:.2g}" for p in holm(found)]
 
     def _with_earlier(
         self, table: TextTable, part: str, place: Callable[[Sequence[str]], float]

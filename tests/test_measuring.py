@@ -75,6 +75,7 @@ def test_objects_at_equal_distances() -> None:
 
 
 def test_five_seeds_with_help_and_without(tmp_path: Path) -> None:
-    text = markdown(Measuring(["displaced"], tmp_path, 1, lambda *_: None).seeds(1))
+    text = markdown(Measuring(["oracle", "displaced"], tmp_path, 1, lambda *_: None).seeds(1))
     assert len(list((tmp_path / "seeds").iterdir())) == 2 * len(SEEDS)
-    assert text.count("| 0, 0, 0, 0, 0 | 0/5 |") == 2
+    assert text.count("1, 1, 1, 1, 1 | 5/5 | 100.0% | 56.6% – 100.0% |  |") == 2
+    assert text.count("0, 0, 0, 0, 0 | 0/5 | 0.0% | 0.0% – 43.4% | 0.062 |") == 2, "1 / 2⁴"

@@ -21,9 +21,9 @@ IMAGES = ROOT / "docs" / "images" / "gallery"
 TRIALS = {
     "success": ("htc-grasp", 37),
     "approach_collision": ("gr-convnet", 12),
-    "missed": ("htc-grasp", 151),
-    "slipped": ("gr-convnet", 135),
-    "dropped": ("htc-grasp", 145),
+    "missed": ("htc-grasp", 171),
+    "slipped": ("gg-cnn", 135),
+    "dropped": ("htc-grasp", 57),
     "displaced": ("displaced", 37),
 }
 SIZE = (336, 252)

@@ -13,6 +13,7 @@ from pathlib import Path
 from grasp_bench.report.agreement import agreement, agreement_table
 from grasp_bench.report.agreement_chart import as_svg
 from grasp_bench.report.firmness import firmness_table, pairs_table
+from grasp_bench.report.help import TITLE as MERIT
 from grasp_bench.report.help import Merit, merit_table
 from grasp_bench.report.leaderboard import as_markdown, load_row
 from grasp_bench.report.table4 import build_report
@@ -46,7 +47,7 @@ def main() -> None:
     compared, evaluations = compare(run_folders(reference)), read_evaluations(ROOT / "results" / "evaluation")
     replace(ROOT / "docs" / "results.md", "agreement", agreements([reference, alone], evaluations))
     replace(ROOT / "docs" / "results.md", "measured", markdown(tables(compared, evaluations)))
-    replace(ROOT / "docs" / "results.md", "runs", markdown(runs))
+    replace(ROOT / "docs" / "results.md", "runs", markdown(endings(runs)))
     replace(ROOT / "docs" / "leaderboard.md", "leaderboard", leaderboard())
     replace(ROOT / "docs" / "scenarios.md", "suites", suites())
     for page in ("README.md", "docs/index.md", "docs/leaderboard.md", "docs/results.md"):
@@ -81,6 +82,13 @@ def with_predicted(table: TextTable, merits: Sequence[Merit]) -> TextTable:
     head = [*table.head[:at], "As predicted", *table.head[at:]]
     numbers = (*(n + (n >= at) for n in table.numbers), at)
     return dataclasses.replace(table, title="", head=head, rows=rows, numbers=numbers)
+
+
+def endings(tables: Sequence[TextTable]) -> list[TextTable]:
+    """What the reference runs say of their qualities, then their ends; merit takes both protocols."""
+    pages = [t for t in tables if t.title != MERIT]
+    summaries, runs = ([t for t in pages if (t.level > 2) == deep] for deep in (False, True))
+    return [*summaries, TextTable("How each run ended", (), ()), *runs]
 
 
 def graded(folder: Path) -> list[TextTable]:

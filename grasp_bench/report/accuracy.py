@@ -20,7 +20,7 @@ TITLES = {
 NOTE = (
     "Paper rows are as printed: the full data set, counts unknown, times on each author's hardware. "
     "Rows of grasp-bench are measured on the images present here, with the 95 % Wilson interval of k/n, "
-    "and the processor time from image to grasps on one core of this machine."
+    "and the processor time from image to grasps on one core of the machine that each one's JSON names."
 )
 
 

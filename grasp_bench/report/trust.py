@@ -199,6 +199,6 @@ def trust_table(runs: Sequence[tuple[str, Trust]]) -> TextTable:
         note="Of the grasps carried out. Error: expected calibration error over ten bins, and what chance "
         "alone would make of it; it is called over- or under-confident at 1 %. Surer half: success among the "
         "half of the grasps with the higher quality. Picks/h: objects lifted in an hour of simulated motion "
-        "and of measured computing (network and planner on this machine), failures included.",
+        "and of measured computing (network and planner on the run's machine), failures included.",
         numbers=(1, 2, 3, 4, 5, 6, 8),
     )

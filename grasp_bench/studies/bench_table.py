@@ -261,8 +261,8 @@ def _ablations_in_physics(comparison: dict[str, Any]) -> TextTable:
         marks = ["✓" if row[switch] else "" for switch in SWITCHES]
         rows.append([row["predictor"], *marks, *cells, *against])
     note = (
-        f"All trained with the same budget. Alone: trials in which only {UNABLATED}, and only this one, "
-        "succeeded; p: McNemar's exact two-sided test, Holm-corrected over these rows."
+        f"What each was trained on stands in its row above. Alone: trials in which only {UNABLATED}, and "
+        "only this one, succeeded; p: McNemar's exact two-sided test, Holm-corrected over these rows."
     )
     trials = "the trials of Table 4" if _beside_the_paper(comparison) else "the same trials"
     return TextTable(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shlex
 from pathlib import Path
 from typing import Any
@@ -34,9 +35,11 @@ from grasp_bench.learning.training.validate import Accuracy
 from grasp_bench.networks.registry import build
 from grasp_bench.networks.store import WeightsFile
 from grasp_bench.networks.weights import save
+from grasp_bench.system.paths import assets_dir, rivals_dirs
 
 PAPER = "--steps 20000 --batch 32 --lr 1e-4 --warmup 0 --constant-lr --clip 0 --unmasked"
 WEIGHTS = "first weights.safetensors"
+SHIPPED = sorted(f for d in (assets_dir() / "weights", *rivals_dirs()) for f in d.glob("*.safetensors"))
 
 positive = st.floats(1e-9, 1e3)
 counts = st.integers(1, 10**6)
@@ -188,11 +191,28 @@ def test_card_shows_command_and_settings(begun: str, folder: Path) -> None:  # n
     page = model_card(cut | {"device": "one GPU", "data": facts["data"] | {"stored": "depth in mm"}})
     assert "It took 14 minutes on one GPU, when it was cut off by the clock" in page
     assert "depth in mm" in page
+    late = model_card(cut | {"seconds": 1271, "config": facts["config"] | {"max_minutes": 14.0}})
+    assert "cut off by the clock (14 minutes, and the validations while the learning rate fell)." in late
     finish = finishing_command(cut["commands"])
     assert finish in page
     assert read(finish)[0] == config.model_copy(update={"until_flat": True, "device": "cuda"})
     older = {k: v for k, v in facts["config"].items() if k not in ("holdout", "split")}
     assert "holdout" not in model_card(facts | {"config": older, "commands": ""})
+
+
+@pytest.mark.parametrize("file", SHIPPED, ids=lambda f: f.stem)
+def test_cards_of_shipped_weights_say_what_their_metadata_say(file: Path) -> None:
+    card = file.with_suffix(".md").read_text(encoding="utf-8").splitlines()
+    page = model_card(WeightsFile(file).metadata(), file.stem).splitlines()
+    assert [line for line in page if line not in card] == []
+    assert card[0] == f"# {file.stem}"
+
+
+def test_card_lists_openings_in_order_and_says_where_quality_tells_nothing() -> None:
+    metadata = WeightsFile(assets_dir() / "weights" / "lenz-sae.safetensors").metadata()
+    (told,) = [line for line in model_card(metadata).splitlines() if line.startswith("Calibrated")]
+    assert [int(px) for px in re.findall(r"at (\d+) px", told)] == [0, 3, 6, 9, 12, 16, 20]
+    assert told.endswith("; its quality does not tell whether a grasp holds (200 grasps).")
 
 
 def test_shipped_weights_are_named_by_their_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -23,6 +23,8 @@ from grasp_bench.system.machine import cpu_name
 
 TOLD_ELSEWHERE = FREE_TO_CHANGE | {"network", "input", "init", "steps", "seed"}
 """Settings that the card has in other places, or that change no weights."""
+OVER = 1.2
+"""How many times as long as its clock a training takes at least for the card to say why."""
 
 
 def provenance(
@@ -120,13 +122,17 @@ def finishing_command(command: str) -> str:
     return shlex.join([*words, *flat, "--device", "cuda"])
 
 
-def model_card(facts: dict[str, Any]) -> str:
-    """Return a Markdown page on weights, made of their metadata."""
+def model_card(facts: dict[str, Any], name: str | None = None) -> str:
+    """Return a Markdown page on weights, made of their metadata.
+
+    Args:
+        name: what the weights are shipped as, where that is not the network's name.
+    """
     config, data = facts["config"], facts["data"]
     told = [k for k in TrainConfig.model_fields if k not in TOLD_ELSEWHERE and config.get(k) is not None]
     settings = ", ".join(f"{k} {config[k]}" for k in told)
     judged = min(config.get("validate_scenes") or data["val"], data["val"])
-    return f"""# {facts["network"]}
+    return f"""# {name or facts["network"]}
 
 Weights for `grasp-bench`, network `{facts["network"]}` with {facts["parameters"]:,} parameters, input
 {facts["input"]} px. Architecture after: {facts["reference"]}.
@@ -162,13 +168,21 @@ def _took(facts: dict[str, Any]) -> str:
         return ""
     why = {"flat": ", until it got no better", "minutes": ", when it was cut off by the clock"}
     device = f" on {facts['device']}" if facts.get("device") else ""
-    told = f" It took {seconds / 60:.0f} minutes{device}{why.get(facts.get('ended', ''), '')}."
+    told = f" It took {seconds / 60:.0f} minutes{device}{why.get(facts.get('ended', ''), '')}{_over(facts)}."
     if facts.get("ended") == "minutes":
         last = facts["commands"].splitlines()[-1]
         told += (
             f" To train it to its end on a GPU, give instead of the last line\n`{finishing_command(last)}`."
         )
     return told
+
+
+def _over(facts: dict[str, Any]) -> str:
+    """Say why a training took much longer than its clock, which allows for steps only as the rate falls."""
+    most = facts["config"].get("max_minutes")
+    if facts.get("ended") != "minutes" or not most or facts["seconds"] <= OVER * 60 * most:
+        return ""
+    return f" ({most:g} minutes, and the validations while the learning rate fell)"
 
 
 def _held(facts: dict[str, Any]) -> str:
@@ -180,15 +194,23 @@ def _calibrated(facts: dict[str, Any]) -> str:
     found = facts.get(KEY)
     if not found:
         return ""
-    tried = ", ".join(f"{k} at {px} px" for px, k in found["held"].items())
+    # metadata are stored in the order of their names, 12 before 3
+    tried = ", ".join(f"{k} at {px} px" for px, k in sorted(found["held"].items(), key=_pixels))
     widening = found["widening_px"]
     fit = found["quality"]
-    told = f"expit({fit[0]} + {fit[1]} · quality)" if fit else "that its quality does not tell"
+    told = f"its quality does not tell whether a grasp holds ({found['grasps']} grasps)"
+    if fit:
+        law = f"expit({fit[0]} + {fit[1]} · quality)"
+        told = f"a grasp holds with probability {law}, fitted to {found['grasps']} grasps"
     return (
         f"\nCalibrated in physics on {found['scenes']} other scenes: openings are {widening:g} px "
-        f"wider than the network's own (best grasps that held: {tried}); a grasp holds with probability "
-        f"{told}, fitted to {found['grasps']} grasps.\n"
+        f"wider than the network's own (best grasps that held: {tried}); "
+        f"{told}.\n"
     )
+
+
+def _pixels(held: tuple[str, int]) -> float:
+    return float(held[0])
 
 
 def _calibration_command(facts: dict[str, Any]) -> str:

@@ -51,6 +51,6 @@ def ship(made: WeightsFile) -> WeightsFile:
 def _follow(file: WeightsFile, facts: dict[str, Any]) -> None:
     """Let page and manifest, where there is one, say what weights say now."""
     if "commands" in facts:  # weights of a fold do not tell so much, and have no page
-        write_whole(file.path.with_suffix(CARD), model_card(facts).encode())
+        write_whole(file.path.with_suffix(CARD), model_card(facts, file.path.stem).encode())
     if file.path.with_name(MANIFEST).is_file():
         file.enter_in_manifest()

@@ -29,11 +29,11 @@ SEED = 4085
 GRADES = "abcdefg"
 SIZES = np.linspace(0.40, 0.95, 7)
 """Smallest side of the bounding box, in shares of the reference gripper's stroke."""
-AIMS = (0.10, 0.30, 0.50, 0.65, 0.80, 0.90, 1.00)
+AIMS = (0.35, 0.50, 0.65, 0.78, 0.88, 0.95, 1.00)
 """Difficulty that is looked for in each grade: share of random antipodal tries that fail."""
 SUBDIVISIONS = 3
 """Of the icosahedron whose corners are moved: 642 of them, of which the convex hull keeps a few."""
-TAPER = (6.0, 26.0)
+TAPER = (11.0, 26.0)
 """Median tilt of a face, towards the end at which its pair converges, of the first and the last grade [°]."""
 SPREAD = 0.35
 """Standard deviation of the logarithm of a pair's tilt."""
@@ -48,13 +48,13 @@ FARTHEST = 2.5
 """Tips at which tapered faces meet are cut off so far out, in halves of the longest distance."""
 MATERIAL = "oiled_plastic"
 DRAWS: tuple[tuple[int, ...], ...] = (
-    (4, 7, 6, 7, 5, 1, 4),
-    (2, 6, 2, 5, 2, 8, 4),
-    (1, 3, 0, 3, 3, 5, 3),
-    (1, 2, 4, 0, 0, 5, 5),
-    (0, 2, 4, 3, 1, 3, 4),
-    (2, 0, 1, 5, 3, 4, 7),
-    (1, 4, 1, 10, 14, 43, 4),
+    (1, 7, 5, 3, 12, 1, 4),
+    (11, 11, 2, 14, 2, 11, 4),
+    (11, 2, 0, 13, 5, 0, 10),
+    (2, 7, 7, 12, 9, 0, 7),
+    (13, 2, 12, 6, 2, 8, 15),
+    (5, 10, 5, 16, 14, 13, 14),
+    (15, 13, 20, 10, 85, 9, 12),
 )
 """Which of a cell's shapes is taken, a row a size, a column a grade; from ``scripts/search_grid.py``."""
 

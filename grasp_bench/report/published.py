@@ -97,7 +97,8 @@ def _row(known: Published, results: Sequence[Evaluation], cut_off: bool) -> list
     jacquard = next((r for r in shipped if r.dataset == "jacquard"), None)
     # Of folds those in colour: Cornell's few images with depth have no object ids to split by.
     trained = [r for r in strict if r.trained and r.object_ids and r.split == "object"]
-    fold = next((r for r in trained if r.dataset == "cornell"), None)
+    of_cornell = (r for r in trained if r.dataset == "cornell")
+    fold = max(of_cornell, key=lambda r: r.images, default=None)
     reasons: list[str] = []
 
     def points(printed: float | None, ours: Evaluation | None) -> str:

@@ -15,7 +15,7 @@ from typing import Any
 from safetensors import SafetensorError, safe_open
 
 from grasp_bench.errors import AssetError
-from grasp_bench.system.integrity import MANIFEST, sha256
+from grasp_bench.system.integrity import MANIFEST, sha256, write_whole
 from grasp_bench.system.paths import assets_dir, rivals_dirs
 
 LARGEST = 12_000_000
@@ -114,7 +114,7 @@ class WeightsFile:
         manifest = self.path.with_name(MANIFEST)
         known = json.loads(manifest.read_text(encoding="utf-8")) if manifest.is_file() else {}
         known[self.name] = sha256(self.path)
-        manifest.write_text(json.dumps(known, indent=2, sort_keys=True) + "\n", encoding="utf-8")
+        write_whole(manifest, (json.dumps(known, indent=2, sort_keys=True) + "\n").encode())
 
     @contextmanager
     def opened(self, framework: str) -> Iterator[tuple[Any, dict[str, Any]]]:

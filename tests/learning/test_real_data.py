@@ -145,6 +145,14 @@ def test_missing_files_are_named(tmp_path: Path) -> None:
         open_collection(root)
 
 
+def test_pictures_of_jacquard_without_grasps_are_named(tmp_path: Path) -> None:
+    root = write_jacquard(tmp_path, GRASPS[:4])
+    (root / "obj1abc" / "0_obj1abc_grasps.txt").unlink()
+    found = open_collection(root)
+    assert len(found.entries) == 3
+    assert found.missing == ["obj1abc/0_obj1abc_grasps.txt"]
+
+
 def test_a_training_names_what_a_copy_lacks(tmp_path: Path) -> None:
     root = write_cornell(tmp_path, GRASPS[:4])
     assert gather([Source(root)], 224, kind="rgbd").notes == ()

@@ -33,6 +33,7 @@ from grasp_bench.learning.data.rectangles import (
     read_numbers,
     read_rgb,
     usable_rectangles,
+    without_labels,
 )
 from grasp_bench.runs.evaluation import DatasetName
 from grasp_bench.system.arrays import Floats
@@ -67,7 +68,7 @@ class Cornell(Collection):
         if not any(e.depth is not None and e.depth.is_file() for e in entries):
             entries = [replace(e, depth=None) for e in entries]
         held = hold(root, entries, lambda labels: usable_rectangles(read_corners(labels))[0])
-        missing = [*held.missing, *_without_labels(root)]
+        missing = [*held.missing, *without_labels(root, "pcd*r.*", _PICTURE, "cpos.txt")]
         return cls(root, held.entries, missing, window=320, notes=held.notes)
 
     def load(self, entry: Entry) -> Sample:
@@ -83,13 +84,6 @@ class Cornell(Collection):
         else:
             depth = distance_from_cloud(entry.depth, shape)
         return Sample(entry.name, rgb, depth, rectangles, dropped)
-
-
-def _without_labels(root: Path) -> list[str]:
-    """Return the files of labels that lack beside a picture, relative to the root."""
-    named = {found[1]: p for p in own_files(root, "pcd*r.*") if (found := _PICTURE.match(p.name))}
-    labels = [path.with_name(f"{name}cpos.txt") for name, path in sorted(named.items())]
-    return [path.relative_to(root).as_posix() for path in labels if not path.is_file()]
 
 
 def read_corners(path: Path) -> Floats:

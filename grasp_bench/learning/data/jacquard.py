@@ -8,6 +8,7 @@ seen in the image. Shorter names without ``N_ID_`` are read as well.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,11 +27,13 @@ from grasp_bench.learning.data.rectangles import (
     read_numbers,
     read_rgb,
     usable_rectangles,
+    without_labels,
 )
 from grasp_bench.runs.evaluation import DatasetName
 from grasp_bench.system.arrays import Floats
 
 ENDING = "grasps.txt"
+_PICTURE = re.compile(r"(.*)RGB\.(png|jpe?g)$")
 DEPTHS = ("perfect", "stereo")
 
 
@@ -58,7 +61,8 @@ class Jacquard(Collection):
             name = prefix.rstrip("_") or labels.parent.relative_to(root).as_posix()
             entries.append(Entry(name, _object(labels, prefix, root), labels, rgb, tiff))
         held = hold(root, entries, lambda labels: usable_rectangles(read_rows(labels))[0])
-        return cls(root, held.entries, held.missing, window=1024, native=1024, notes=held.notes)
+        missing = [*held.missing, *without_labels(root, "*RGB.*", _PICTURE, ENDING)]
+        return cls(root, held.entries, missing, window=1024, native=1024, notes=held.notes)
 
     def load(self, entry: Entry) -> Sample:
         """Read one sample; AssetError names a file that is damaged."""

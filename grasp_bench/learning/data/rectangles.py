@@ -7,6 +7,7 @@ pixels (edge of the image = 0), their first edge along the jaws' opening directi
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -213,6 +214,20 @@ def own_files(root: Path, pattern: str) -> list[Path]:
         for p in sorted(root.rglob(pattern))
         if not p.name.startswith("._") and "__MACOSX" not in p.relative_to(root).parts
     ]
+
+
+def without_labels(root: Path, pattern: str, picture: re.Pattern[str], ending: str) -> list[str]:
+    """Return the files of labels that lack beside pictures, relative to the root.
+
+    Args:
+        root: folder of the copy.
+        pattern: of files among which the pictures are.
+        picture: of a picture's name, whose first group with ``ending`` is the name of its labels.
+        ending: of files of labels.
+    """
+    found = ((path, picture.match(path.name)) for path in own_files(root, pattern))
+    labels = {path.with_name(name[1] + ending) for path, name in found if name}
+    return [path.relative_to(root).as_posix() for path in sorted(labels) if not path.is_file()]
 
 
 # ---------------------------------------------------------------- reading

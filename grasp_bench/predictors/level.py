@@ -24,17 +24,25 @@ FACE_ON_DEG = 5.0
 """Planes turned by less than this are taken as seen face on, and their pictures as they are."""
 STRIDE = 6
 """Pixels between two of those that the plane is sought among."""
-TRIES = 100
+TRIES, FEW = 100, 10
+"""Planes that are tried, and those that are enough where most of a picture is one that is seen face on."""
+MOST = 0.7
+"""Share of the pixels that leaves too few for a plane turned further than :data:`FACE_ON_DEG`: of those of a
+plane turned by less than half of that, it has no more than a strip."""
 THICKNESS = 0.006
 """Greatest distance of a plane's pixels from it [m]."""
 
 
 @dataclass(frozen=True)
 class Plane:
-    """Points p of the camera's frame with ``normal`` · p = ``distance`` [m]; the normal (3,) points away."""
+    """Points p of the camera's frame with ``normal`` · p = ``distance`` [m]; the normal (3,) points away.
+
+    ``share`` is that of the measured pixels that it was fitted to.
+    """
 
     normal: Floats
     distance: float
+    share: float
 
     @property
     def tilt(self) -> float:
@@ -42,7 +50,7 @@ class Plane:
         return math.acos(min(1.0, float(self.normal[2])))
 
 
-def dominant_plane(image: RgbdImage) -> Plane | None:
+def dominant_plane(image: RgbdImage, tries: int = TRIES) -> Plane | None:
     """Find the plane that most measured pixels are on; None where there are too few.
 
     Random sample consensus over planes through three pixels (with numbers that are always the same), then
@@ -55,7 +63,7 @@ def dominant_plane(image: RgbdImage) -> Plane | None:
     rays = image.intrinsics.rays()[::STRIDE, ::STRIDE][seen]
     points = rays * depth[seen][:, None]
     rng = np.random.default_rng(0)
-    triples = points[rng.integers(len(points), size=(TRIES, 3))]
+    triples = points[rng.integers(len(points), size=(tries, 3))]
     normals = np.cross(triples[:, 1] - triples[:, 0], triples[:, 2] - triples[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
     normals = normals[lengths > 1e-9] / lengths[lengths > 1e-9, None]
@@ -69,7 +77,9 @@ def dominant_plane(image: RgbdImage) -> Plane | None:
     near = np.abs(points @ normals[best] - offsets[best]) < THICKNESS
     slope, *_ = np.linalg.lstsq(rays[near], 1 / depth[seen][near], rcond=None)
     length = float(np.linalg.norm(slope))
-    return Plane(np.asarray(slope / length, float), 1 / length) if slope[2] > 0 else None
+    if slope[2] <= 0:
+        return None
+    return Plane(np.asarray(slope / length, float), 1 / length, float(near.mean()))
 
 
 @dataclass(frozen=True)
@@ -111,6 +121,9 @@ def level_view(image: RgbdImage) -> LevelView | None:
     What is in the middle stays in the middle, and as large: the focal length makes up for a centre that is
     nearer to the plane than the ray through the middle is long.
     """
+    plane = dominant_plane(image, FEW)
+    if plane is not None and plane.share > MOST and 2 * plane.tilt < math.radians(FACE_ON_DEG):
+        return None
     plane = dominant_plane(image)
     if plane is None or not math.radians(FACE_ON_DEG) < plane.tilt < math.radians(70):
         return None

@@ -9,6 +9,7 @@ import pytest
 
 from grasp_bench.camera import CameraPose, RgbdImage
 from grasp_bench.grasps import Grasp, angle_difference
+from grasp_bench.predictors import level
 from grasp_bench.predictors.controls import Centroid, foreground
 from grasp_bench.predictors.level import dominant_plane, level_view
 from grasp_bench.scenario.reading import load_scenario
@@ -55,6 +56,33 @@ def test_what_is_seen_face_on_is_left_alone() -> None:
     assert level_view(look(STRAIGHT, 0.001)) is None
     few = STRAIGHT.moved([0, 0, 0], [math.radians(4), 0, 0])
     assert level_view(look(few, 0.001)) is None
+
+
+@pytest.mark.parametrize("degrees", [0, 1, 2, 3, 4.5, 4.9, 5.1, 6, 12])
+def test_a_quick_look_decides_as_a_long_one(degrees: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    image = look(STRAIGHT.moved([0, 0, 0], [math.radians(degrees), 0, 0]), 0.002)
+    quick = level_view(image)
+    assert (quick is not None) == (degrees > 5)
+    monkeypatch.setattr(level, "MOST", 1.0)
+    long = level_view(image)
+    if quick is not None and long is not None:
+        np.testing.assert_array_equal(quick.homography, long.homography)
+    else:
+        assert quick is long
+
+
+def test_a_face_on_table_takes_a_quick_look_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    tried: list[int] = []
+
+    def counted(image: RgbdImage, tries: int = level.TRIES) -> level.Plane | None:
+        tried.append(tries)
+        return dominant_plane(image, tries)
+
+    monkeypatch.setattr(level, "dominant_plane", counted)
+    assert level_view(look(STRAIGHT, 0.002)) is None
+    assert tried == [level.FEW]
+    assert level_view(look(TILTED, 0.002)) is not None
+    assert tried == [level.FEW, level.FEW, level.TRIES]
 
 
 def test_the_level_picture_has_the_table_at_one_depth_and_the_box_at_its_height() -> None:

@@ -8,6 +8,7 @@ from grasp_bench.errors import AssetError
 from grasp_bench.networks.registry import build, parameter_count
 from grasp_bench.networks.store import stored_input
 from grasp_bench.predictors.shipped import SHIPPED
+from grasp_bench.report import published
 from grasp_bench.report.tables import TextTable
 
 HEAD = ("Network", "Parameters", "Input", "Data", "Steps × batch", "Took", "Seed", "PFLOP")
@@ -18,7 +19,7 @@ NOTE = (
     "Table 4. Networks of equal steps, equal time or equal operations can be compared."
 )
 
-CUT_OFF = ", cut off by the clock"
+CUT_OFF = f", {published.CUT_OFF}"
 """Of a network whose training was."""
 
 

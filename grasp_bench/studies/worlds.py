@@ -75,17 +75,20 @@ class Worlds:
         1 is the same order, 0 none in common, −1 the reverse; NaN where all are level.
         M. G. Kendall, “The treatment of ties in ranking problems”, Biometrika 33 (1945) 239–251.
         """
-        return _taus(np.array(list(self.means.values())).T)
+        own, *others = np.array(list(self.means.values())).T
+        return np.array([_tau(own, other) for other in others])
 
     @property
     def chance(self) -> Floats:
-        """τ of the scenario's own order with that on trials drawn again, with replacement, from its own.
+        """τ of the orders that two sets of trials in the scenario's own world would give.
 
-        Shape (:data:`AGAIN`,): what other trials alone would do to the order, without another world.
+        Shape (:data:`AGAIN`,). Each set is drawn from those at hand with replacement, by itself, since the
+        order at hand is one of chance, too.
         """
         own = np.array([found[0] for found in self.scores.values()])
-        drawn = np.random.default_rng(0).integers(self.trials, size=(AGAIN, self.trials))
-        return _taus(np.vstack([own.mean(1), own[:, drawn].mean(2).T]))
+        drawn = np.random.default_rng(0).integers(self.trials, size=(2, AGAIN, self.trials))
+        first, second = own[:, drawn].mean(3).transpose(1, 2, 0)
+        return np.array([_tau(a, b) for a, b in zip(first, second, strict=True)])
 
     @property
     def pairs(self) -> list[Pair]:
@@ -109,11 +112,11 @@ class Worlds:
         }
 
 
-def _taus(means: Floats) -> Floats:
-    """Return Kendall's τ-b (n,) of each of n rows of means (1 + n, predictors) with the first."""
+def _tau(first: Floats, second: Floats) -> float:
+    """Return Kendall's τ-b of two means of each predictor."""
     from scipy.stats import kendalltau
 
-    return np.array([kendalltau(means[0], row).statistic for row in means[1:]])
+    return float(kendalltau(first, second).statistic)
 
 
 def _summary(taus: Floats) -> dict[str, float] | None:
@@ -176,8 +179,8 @@ def worlds_table(found: Worlds) -> TextTable:
         tau = f"from {known.min():.2f} to {known.max():.2f}, mean {known.mean():.2f}"
     if chance := _summary(found.chance):
         tau += (
-            f". Other trials in the scenario's own world would give a mean of {chance['mean']:.2f}, one time "
-            f"in twenty less than {chance['p5']:.2f}"
+            f". Two sets of as many trials in the scenario's own world agree by {chance['mean']:.2f} in the "
+            f"mean, one time in twenty by less than {chance['p5']:.2f}"
         )
     return TextTable(
         f"Would the order survive? {others} other worlds",

@@ -31,7 +31,7 @@ def test_orders_by_hand() -> None:
     assert found.taus == pytest.approx([2 / np.sqrt(6), -1])
     assert "from -1.00 to 0.82" in worlds_table(found).note
     assert found.chance == pytest.approx(1), "all trials are alike"
-    assert "would give a mean of 1.00, one time in twenty less than 1.00" in worlds_table(found).note
+    assert "agree by 1.00 in the mean, one time in twenty by less than 1.00" in worlds_table(found).note
     level = Worlds({"a": np.array([[0.5], [0.5]]), "b": np.array([[0.4], [0.5]])}, "success")
     assert level.to_json()["kendall_tau"] == [None]
     assert "undefined" in worlds_table(level).note

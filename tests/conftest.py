@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import shlex
+import shutil
 import signal
 import tempfile
 from collections.abc import Callable, Iterator
@@ -12,7 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 os.environ.setdefault("MUJOCO_GL", "off")  # before anything imports MuJoCo
-os.environ["GRASP_BENCH_CACHE"] = tempfile.mkdtemp(prefix="grasp-bench-tests-")
+CACHE = os.environ["GRASP_BENCH_CACHE"] = tempfile.mkdtemp(prefix="grasp-bench-tests-")
 
 import pytest
 from html_browsing import BROWSER, PATIENCE
@@ -35,6 +36,11 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 settings.register_profile("quick", deadline=None, derandomize=True, max_examples=50)
 settings.load_profile("quick")
+
+
+def pytest_unconfigure() -> None:
+    """Remove the compiled models of these tests, some hundred megabytes a process."""
+    shutil.rmtree(CACHE, ignore_errors=True)
 
 
 def _block() -> list[Part]:

@@ -1,7 +1,7 @@
 """How many items `rank` needs to tell two predictors apart, without a simulation.
 
 ``python benchmarks/races.py htc-grasp gg-cnn2``: races on items drawn again, with replacement, from the
-committed runs of both (180 trials each), with each score that they have. Prints the table of docs/better.md.
+committed runs of both (180 trials each), with each score that they have. docs/better.md has three pairs.
 """
 
 from __future__ import annotations

@@ -8,7 +8,8 @@
 
 Every part goes on where it was stopped, by Ctrl-C or after `--minutes`. Runs are kept in `results/measured`;
 when a part is complete its tables go to `results/measured/PART.md`, and with `--publish` into the docs. Rows
-of `clutter` and `suites` are kept in `PART.json`, so that a call with some of the predictors adds theirs.
+of `clutter` and `suites` are kept in `PART.json`, so that a call with some of the predictors adds theirs;
+remove that file where trials or weights have changed since.
 """
 
 from __future__ import annotations
@@ -89,7 +90,6 @@ class Measuring:
 
     def __init__(self, names: Sequence[str] | None, out: Path, workers: int, tick: Tick) -> None:
         self._names, self._out, self._workers, self._tick = names, out, workers, tick
-        self.world_trials = WORLD_TRIALS
 
     def _contest(self, budget: int) -> Contest:
         scenario = load_scenario(SCENARIO)
@@ -104,10 +104,10 @@ class Measuring:
         unseen = unseen_table(race)
         return [ranking_table(race, contest.score.what), *([unseen] if unseen else [])]
 
-    def physics(self, worlds: int = WORLDS, trials: int | None = None) -> list[TextTable]:
+    def physics(self, worlds: int = WORLDS, trials: int = WORLD_TRIALS) -> list[TextTable]:
         """Repeat the same trials in other worlds."""
-        contest, folder, count = self._contest(BUDGET), self._out / "rank", trials or self.world_trials
-        return [worlds_table(in_worlds(contest, worlds, count, folder, self._workers, self._tick))]
+        contest, folder = self._contest(BUDGET), self._out / "rank"
+        return [worlds_table(in_worlds(contest, worlds, trials, folder, self._workers, self._tick))]
 
     def clutter(self, tables: int = TABLES) -> list[TextTable]:
         """Clear tables."""
@@ -232,10 +232,10 @@ def main() -> None:
 
         names = asked.predictors.split(",") if asked.predictors else None
         measuring = Measuring(names, asked.out, asked.workers or usable_cores(), tick)
-        measuring.world_trials = asked.world_trials
         try:
             measure = getattr(measuring, asked.part)
-            tables = measure() if asked.size is None else measure(asked.size)
+            size = [] if asked.size is None else [asked.size]
+            tables = measure(*size, **({"trials": asked.world_trials} if asked.part == "physics" else {}))
         except OutOfTime:
             raise SystemExit(f"{asked.minutes:g} minutes are over; the same command goes on.") from None
     text = markdown(tables)

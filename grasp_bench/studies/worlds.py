@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -58,7 +59,7 @@ class Worlds:
         """Number of trials of each predictor in each world."""
         return next(iter(self.scores.values())).shape[1]
 
-    @property
+    @cached_property
     def means(self) -> dict[str, Floats]:
         """Mean scores (worlds,) of each predictor."""
         return {name: found.mean(1) for name, found in self.scores.items()}
@@ -78,7 +79,7 @@ class Worlds:
         own, *others = np.array(list(self.means.values())).T
         return np.array([_tau(own, other) for other in others])
 
-    @property
+    @cached_property
     def chance(self) -> Floats:
         """τ of the orders that two sets of trials in the scenario's own world would give.
 

@@ -8,7 +8,9 @@ Certain: layers, widths, the six numbers x, y, sin 2θ, cos 2θ, height, width, 
 drawn at random each time an image is seen, and of MultiGrasp up to five, whose cells have heat 1.
 Ours: numbers are in units of the image's side, in MultiGrasp of the cell's for x and y (the paper gives no
 scale; errors balance so); norms, which the paper mentions and does not describe, are batch norms without
-weights of their own, which leaves the count of weights the published one. No ImageNet weights.
+weights of their own, which leaves the count of weights the published one. No ImageNet weights, and without
+them no dropout either (the paper's is 0.5): with it the answer was the same for every picture after 78,000 of
+them, and after 250 steps of 16 of 64 pictures, which the network knows by heart in 100 without it.
 """
 
 from __future__ import annotations
@@ -53,12 +55,12 @@ class Redmon(Detector):
     Args:
         inputs: number of channels of the image.
         multiple: MultiGrasp instead of one grasp.
-        dropout: after both fully connected layers.
+        dropout: share dropped after both fully connected layers.
         side: of the image [px], a multiple of 32.
     """
 
     def __init__(
-        self, inputs: int = 3, multiple: bool = False, dropout: float = 0.5, side: int = 224
+        self, inputs: int = 3, multiple: bool = False, dropout: float = 0.0, side: int = 224
     ) -> None:
         super().__init__()
         self.multiple, self.side, self.grid = multiple, side, side // CELL

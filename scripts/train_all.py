@@ -28,48 +28,28 @@ ROOT = Path(__file__).resolve().parents[1]
 CURVES = ROOT / "results" / "training"
 LOG, FACTS = "log.jsonl", "training.json"
 
-COMMON = (
-    "--until-flat",
-    "--steps",
-    "1000000",
-    "--zoom",
-    "2.0",
-    "--validate-scenes",
-    "60",
-    "--log-every",
-    "25",
-)
+COMMON = "--until-flat --steps 1000000 --zoom 2.0 --validate-scenes 60 --log-every 25"
 """What all trainings have in common; the augmentation zooms as far as the lineage's protocol does."""
-MAPS = ("--batch", "16", "--ema", "0.998", "--held-out", "60", "--validate-every", "500")
-REGRESSION = ("--batch", "32", "--lr", "0.0003", *MAPS[2:])
-DETECTOR = ("--batch", "8", "--lr", "0.0005", *MAPS[2:])
+_TRIED = "--ema 0.998 --held-out 60 --validate-every 500"
+MAPS = f"{_TRIED} --batch 16"
+REGRESSION = f"{_TRIED} --batch 32 --lr 0.0003"
+DETECTOR = f"{_TRIED} --batch 8 --lr 0.0005"
 TRUNK = "trunk-resnet50"
-_BEGUN = ("--init", f"{TRUNK}/{TRUNK}.safetensors")
-RECIPES: dict[str, tuple[str, ...]] = {
-    TRUNK: (*MAPS, "--input", "rgd"),
+_BEGUN = f"--init {TRUNK}/{TRUNK}.safetensors"
+RECIPES: dict[str, str] = {
+    TRUNK: f"{MAPS} --input rgd",
     **dict.fromkeys(("htc-grasp", "htc-grasp-no-ea", "htc-grasp-no-ca", "htc-grasp-plain"), MAPS),
     **dict.fromkeys(("htc-grasp-mea4", "gg-cnn", "gg-cnn2", "gr-convnet", "gr-convnet-16"), MAPS),
     **dict.fromkeys(("tf-grasp", "se-resunet", "skgnet"), MAPS),
-    "asif-graspnet": ("--lr", "0.0005", *MAPS),
-    "lenz-sae": ("--held-out", "60", "--validate-every", "1000"),
+    "asif-graspnet": f"{MAPS} --lr 0.0005",
+    "lenz-sae": "--held-out 60 --validate-every 1000",
     **dict.fromkeys(("redmon-multigrasp", "redmon-direct"), REGRESSION),
-    **dict.fromkeys(("kumra-resnet50x2", "kumra-resnet50"), (*REGRESSION, *_BEGUN)),
-    "chu-resnet50": ("--batch", "16", "--lr", "0.0003", *MAPS[2:], *_BEGUN),
-    **dict.fromkeys(("fcgn", "roi-gd"), (*DETECTOR, *_BEGUN)),
+    **dict.fromkeys(("kumra-resnet50x2", "kumra-resnet50"), f"{REGRESSION} {_BEGUN}"),
+    "chu-resnet50": f"{MAPS} --lr 0.0003 {_BEGUN}",
+    **dict.fromkeys(("fcgn", "roi-gd"), f"{DETECTOR} {_BEGUN}"),
     **dict.fromkeys(("laili-pairs", "laili-pairs-10", "wu-anchor-free"), DETECTOR),
     # Its search takes a second or more a picture.
-    "gq-cnn": (
-        "--batch",
-        "8",
-        "--lr",
-        "0.0003",
-        "--ema",
-        "0.998",
-        "--held-out",
-        "30",
-        "--validate-every",
-        "2000",
-    ),
+    "gq-cnn": "--ema 0.998 --held-out 30 --validate-every 2000 --batch 8 --lr 0.0003",
 }
 """Options of each network's training beside :data:`COMMON`."""
 
@@ -97,7 +77,8 @@ def main() -> None:
         train(chosen, asked.folder, asked.minutes, asked.at_once)
     else:
         for name in chosen:
-            finish(name, asked.folder)
+            if name != TRUNK:  # it only begins others
+                finish(name, asked.folder)
 
 
 def data_commands(cameras: int, plain: int) -> list[list[str]]:
@@ -113,7 +94,8 @@ def training_words(name: str, minutes: float, threads: int) -> list[str]:
     """Return the command that trains a network, in the folder of :func:`data_commands`."""
     data = ["--data", "camera-like:0.6", "--data", "plain:0.4"]
     limits = ["--max-minutes", f"{minutes:g}", "--threads", str(threads)]
-    return ["train", "--predictor", name, *data, *COMMON, *RECIPES[name], *limits, "--out", name]
+    options = f"{COMMON} {RECIPES[name]}".split()
+    return ["train", "--predictor", name, *data, *options, *limits, "--out", name]
 
 
 def train(names: Sequence[str], folder: Path, minutes: float, at_once: int) -> None:
@@ -141,9 +123,8 @@ def finish(name: str, folder: Path, curves: Path = CURVES) -> None:
     """Calibrate a trained network, and ship it with its learning curve."""
     made = WeightsFile(folder / name / f"{name}.safetensors", name)
     made.require()
-    if name != TRUNK:
-        run(["calibrate", name, "--weights", str(made.path.resolve())], folder)
-        print(ship(made).path)
+    run(["calibrate", name, "--weights", str(made.path.resolve())], folder)
+    print(ship(made).path)
     shutil.copy(folder / name / FACTS, curves / f"{name}.json")
     shutil.copy(folder / name / LOG, curves / f"{name}.jsonl")
 

@@ -167,8 +167,8 @@ class DenseTrunk(nn.Module):
 
 
 def begin_with_trunk(network: nn.Module, tensors: dict[str, Tensor]) -> int:
-    """Give every trunk within ``network`` the stem and blocks of a :class:`DenseTrunk` that fit; how many
-    tensors that was.
+    """Give every trunk within ``network`` the stem and blocks that fit of the trunk in a network's tensors;
+    how many of these that was.
 
     A stem for another number of channels keeps its start, and so does what the trunk lacks: of a ResNet-50,
     17 blocks of a ResNet-101, which are identities then.

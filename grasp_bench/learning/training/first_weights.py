@@ -1,4 +1,4 @@
-"""What a training begins with instead of random weights: those of the same network, or of a trunk."""
+"""What a training begins with instead of random weights: those of the same network, or another's trunk."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ def first_weights(name: str, kind: Kind, init: Path) -> nn.Module:
     Args:
         name: a registered network.
         kind: its input.
-        init: weights of that network, or of a trunk that fits it.
+        init: weights of that network, or of another whose trunk fits it.
 
     Raises:
         AssetError: the file is missing, damaged or of another network, or for an input that lacks a channel.
     """
     stored_for = WeightsFile(init).metadata().get("network", name)
-    if stored_for in NETWORKS and info(stored_for).group == "trunks" and info(name).group != "trunks":
+    if stored_for in NETWORKS and stored_for not in (name, *info(name).once):
         network = build(name, kind)
         if not begin_with_trunk(network, load(stored_for, init)[0].state_dict()):
-            raise AssetError(f"{init} holds the trunk {stored_for}, of which nothing fits {name}.")
+            raise AssetError(f"{init} holds weights of {stored_for}, of whose trunk nothing fits {name}.")
         return network
     network, metadata = load(name, init)
     stored = input_kind(name, stored_input(metadata))

@@ -8,7 +8,9 @@ From memory of the paper: widths of 512. Ours: six numbers instead of five (sin 
 seam), so that there are 24,822,854 and 49,379,464 weights, of which two scale the normalised numbers, which
 are of the order of 0.02 and would leave the layers after them almost constant; and an error against the
 nearest label of an image instead of one drawn (``nearest``), which does not average over grasps. The
-originals begin with ImageNet's weights; here a trunk trained on dense labels may be given by ``--init``.
+originals begin with ImageNet's weights; here the trunk of a network trained on the same scenes may be given
+by ``--init``, and nothing is dropped (the published head drops half of its numbers once), as with
+:mod:`grasp_bench.networks.redmon`.
 """
 
 from __future__ import annotations
@@ -30,7 +32,7 @@ class Kumra(Detector):
         inputs: 4 for two trunks (depth first), otherwise the channels of one trunk.
         nearest: learn the label nearest to what is predicted, instead of one drawn.
         blocks, width: of the trunks.
-        dropout: before the second layer of the head.
+        dropout: share dropped before the second layer of the head.
     """
 
     def __init__(
@@ -39,7 +41,7 @@ class Kumra(Detector):
         nearest: bool = True,
         blocks: Sequence[int] = RESNET_50,
         width: int = 64,
-        dropout: float = 0.5,
+        dropout: float = 0.0,
     ) -> None:
         super().__init__()
         self.nearest = nearest

@@ -74,8 +74,8 @@ def test_my_run_is_marked_among_the_rows_of_its_scenario(lines: list[str]) -> No
 def test_other_groups_are_a_line_each(lines: list[str]) -> None:
     at = lines.index("Also here")
     assert lines[at + 1 : at + 6] == [
-        "14 more of these trials: redmon-multigrasp 172/180, lenz-sae 169/180, tf-grasp",
-        "  167/180 and 11 more",
+        "17 more of these trials: redmon-multigrasp 172/180, lenz-sae 169/180, fcgn",
+        "  168/180 and 14 more",
         "table4, development seed 0, 24 trials: htc-grasp 24/24, oracle 24/24",
         "table4, seeds 5 to 9, 180 trials each: htc-grasp 869/900 = 96.6% (95.2% – 97.6%)",
         "11 scenarios, seed 0, 180 trials each: htc-grasp 93.9% (office) to 99.4% (ideal)",

@@ -121,7 +121,7 @@ def told(*words: str) -> str:
     [
         (("report", "OUT"), ["run"]),
         (("replay", "OUT", "--trial", "0"), ["run"]),
-        (("run", "--predictor", "fcgn", "--out", "OUT/run"), ["data synth", "train"]),
+        (("run", "--predictor", "roi-gd", "--out", "OUT/run"), ["data synth", "train"]),
         (("objects", "list", "--folder", "OUT"), ["objects build"]),
         (("grippers", "show", "OUT"), ["grippers import"]),
         (("arms", "show", "OUT"), ["arms import"]),

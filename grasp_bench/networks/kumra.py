@@ -9,8 +9,8 @@ seam), so that there are 24,822,854 and 49,379,464 weights, of which two scale t
 are of the order of 0.02 and would leave the layers after them almost constant; and an error against the
 nearest label of an image instead of one drawn (``nearest``), which does not average over grasps. The
 originals begin with ImageNet's weights; here the trunk of a network trained on the same scenes may be given
-by ``--init``, and nothing is dropped (the published head drops half of its numbers once), as with
-:mod:`grasp_bench.networks.redmon`.
+by ``--init``, and nothing is dropped, as with :mod:`grasp_bench.networks.redmon`; that the original drops
+some of the first 512 numbers is from memory, too.
 """
 
 from __future__ import annotations

@@ -166,14 +166,14 @@ class DenseTrunk(nn.Module):
         return functional.interpolate(maps, size=x.shape[2:], mode="bilinear", align_corners=False)
 
 
-def begin_with_trunk(network: nn.Module, tensors: dict[str, Tensor]) -> int:
-    """Give every trunk within ``network`` the stem and blocks that fit of the trunk in a network's tensors;
-    how many of these that was.
+def begin_with_trunk(network: nn.Module, other: nn.Module) -> int:
+    """Give every trunk within ``network`` the stem and blocks that fit of the trunk within another; how many
+    tensors that was. Where that has two, the last counts, which is that of colour in Kumra's.
 
     A stem for another number of channels keeps its start, and so does what the trunk lacks: of a ResNet-50,
     17 blocks of a ResNet-101, which are identities then.
     """
-    known = {k.removeprefix("trunk."): v for k, v in tensors.items() if k.startswith("trunk.")}
+    known = next((m.state_dict() for m in reversed(list(other.modules())) if isinstance(m, Trunk)), {})
     given = 0
     for trunk in network.modules():
         if not isinstance(trunk, Trunk):

@@ -327,18 +327,23 @@ def test_pretraining_rebuilds_and_rescales() -> None:
 
 def test_a_trunk_begins_a_detector() -> None:
     dense, detector = DenseTrunk(3, (1, 1, 1)), FCGN(blocks=(1, 1, 1))
-    assert begin_with_trunk(detector, dense.state_dict()) == len(detector.trunk.state_dict())
+    assert begin_with_trunk(detector, dense) == len(detector.trunk.state_dict())
     for key, value in dense.trunk.state_dict().items():
         assert torch.equal(detector.trunk.state_dict()[key], value)
     both = Kumra(4, blocks=(1, 1, 1, 1))
-    assert begin_with_trunk(both, dense.state_dict()) == 2 * len(dense.trunk.state_dict())
+    assert begin_with_trunk(both, dense) == 2 * len(dense.trunk.state_dict())
     other = FCGN(inputs=1, blocks=(1, 1, 1))
     stem = len(dense.trunk.stem.state_dict())
-    assert begin_with_trunk(other, dense.state_dict()) == len(dense.trunk.state_dict()) - stem
+    assert begin_with_trunk(other, dense) == len(dense.trunk.state_dict()) - stem
     deeper = FCGN(blocks=(1, 1, 3))
-    assert begin_with_trunk(deeper, dense.state_dict()) == len(dense.trunk.state_dict())
+    assert begin_with_trunk(deeper, dense) == len(dense.trunk.state_dict())
     basic = nn.ModuleList([Trunk(3, (1, 1, 1), basic=True)])
-    assert begin_with_trunk(basic, dense.state_dict()) == stem, "blocks of another kind stay as they are"
+    assert begin_with_trunk(basic, dense) == stem, "blocks of another kind stay as they are"
+    back = DenseTrunk(3, (1, 1, 1))
+    assert begin_with_trunk(back, both) == len(back.trunk.state_dict()), "Kumra's, wherever they lie within"
+    colour = both.state_dict()["trunks.1.stem.0.weight"]
+    assert torch.equal(back.state_dict()["trunk.stem.0.weight"], colour)
+    assert begin_with_trunk(detector, nn.Linear(2, 2)) == 0
 
 
 def test_strides_of_a_trunk() -> None:

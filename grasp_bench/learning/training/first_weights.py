@@ -31,8 +31,11 @@ def first_weights(name: str, kind: Kind, init: Path) -> nn.Module:
     stored_for = WeightsFile(init).metadata().get("network", name)
     if stored_for in NETWORKS and stored_for not in (name, *info(name).once):
         network = build(name, kind)
-        if not begin_with_trunk(network, load(stored_for, init)[0].state_dict()):
-            raise AssetError(f"{init} holds weights of {stored_for}, of whose trunk nothing fits {name}.")
+        if not begin_with_trunk(network, load(stored_for, init)[0]):
+            raise AssetError(
+                f"{init} holds weights of {stored_for}, of whose trunk nothing fits {name}; "
+                f"give --init weights of {name}, or of a network with a like trunk."
+            )
         return network
     network, metadata = load(name, init)
     stored = input_kind(name, stored_input(metadata))

@@ -60,6 +60,8 @@ VALUES: dict[str, st.SearchStrategy[Any]] = {
     "masked": st.booleans(),
     "geometry_weight": positive,
     "positive_weight": st.floats(0, 9),
+    "width_weight": positive,
+    "width_expectile": st.floats(0.01, 0.99),
     "ema": st.floats(0, 1, exclude_max=True),
     "augment": st.booleans(),
     "zoom": st.floats(1.1, 4),
@@ -141,6 +143,7 @@ def test_each_setting_is_reached_alone(name: str, begun: str) -> None:
         "init": begun,
     }
     others |= {"input": "rgbd", "holdout": "1/3", "split": "image", "ema": 0.5, "zoom": 2.0}
+    others |= {"width_expectile": 0.8}
     config = TrainConfig.model_validate({name: others.get(name, 7)})
     command = training_command(config, [Source(Path("synth"))])
     assert command.startswith("grasp-bench train --predictor htc-grasp --data synth --")

@@ -241,6 +241,23 @@ def test_loss_by_hand() -> None:
     assert paper["loss"].item() == pytest.approx(quality + sum(on) / 2 + sum(off) / 2, rel=1e-5)
     stressed = grasp_loss(output, target, positive_weight=3.0)
     assert stressed["quality"].item() == pytest.approx(0.5 * 0.2**2 * (4 + 1) / 2, rel=1e-5)
+    wider = grasp_loss(output, target, geometry_weight=0.1, width_weight=3.0)
+    assert wider["loss"].item() == pytest.approx(quality + 0.1 * (on[0] + 3 * on[2]), rel=1e-5)
+    assert wider["width"].item() == pytest.approx(on[2], rel=1e-5)
+
+
+def test_expectile_of_the_width() -> None:
+    """The constant that the loss likes best is the expectile: of 0.2 and 0.4, at τ = 0.8, 0.36."""
+    target = torch.ones(1, 4, 1, 2)
+    target[0, 3, 0] = torch.tensor([0.2, 0.4])
+    width = torch.zeros((), requires_grad=True)
+    optimizer = torch.optim.SGD([width], lr=0.5)
+    for _ in range(100):
+        optimizer.zero_grad()
+        output = torch.cat([target[:, :3], width.expand(1, 1, 1, 2)], 1)
+        grasp_loss(output, target, geometry_weight=1.0, width_expectile=0.8)["loss"].backward()
+        optimizer.step()
+    assert width.item() == pytest.approx(0.36, abs=1e-4)
 
 
 @pytest.mark.parametrize("masked", [True, False])
@@ -252,13 +269,15 @@ def test_gradient_of_the_loss(masked: bool, dtype: torch.dtype) -> None:
     output = (1.5 * torch.randn(3, 4, 8, 9)).to(dtype).requires_grad_()
     factor = 0.3 if masked else 1.0
     settings: dict[str, Any] = {"masked": masked, "geometry_weight": factor, "positive_weight": 2.0}
+    settings |= {"width_weight": 5.0, "width_expectile": 0.8}
     (3 * grasp_loss(output, target, **settings)["loss"]).backward()
     found, output.grad = output.grad, None
 
     error = functional.smooth_l1_loss(output.float(), target, reduction="none")
     on = (target[:, :1] > 0).float()
     quality = (error[:, :1] * (1 + 2 * on)).mean()
-    rest = error[:, 1:]
+    rest = error[:, 1:].clone()
+    rest[:, 2] *= 5 * torch.where(output[:, 3] < target[:, 3], 1.6, 0.4)
     geometry = (rest * on).sum((0, 2, 3)) / on.sum() if masked else rest.mean((0, 2, 3))
     loss = quality + factor * geometry.sum()
     assert grasp_loss(output, target, **settings)["loss"].item() == pytest.approx(loss.item(), rel=1e-5)

@@ -124,6 +124,13 @@ class TrainConfig(BaseModel):
     positive_weight: float = Field(
         default=0.0, ge=0, description="Extra weight of quality errors where there is a grasp."
     )
+    width_weight: float = Field(default=1.0, gt=0, description="Weight of width errors besides, e.g. 10.")
+    width_expectile: float = Field(
+        default=0.5,
+        gt=0,
+        lt=1,
+        description="Share of weight of too narrow openings, e.g. 0.75: less narrow where it is less sure.",
+    )
     ema: float = Field(default=0.0, ge=0, lt=1, description="Decay of averaged weights, e.g. 0.999; 0 = off.")
     augment: bool = Field(default=True, description="Random rotation, mirror, scale, shift and colour.")
     zoom: float = Field(

@@ -82,6 +82,8 @@ class Learner:
             masked=self.config.masked,
             geometry_weight=self.config.geometry_weight,
             positive_weight=self.config.positive_weight,
+            width_weight=self.config.width_weight,
+            width_expectile=self.config.width_expectile,
         )
 
     @torch.no_grad()

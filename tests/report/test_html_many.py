@@ -113,7 +113,7 @@ def test_one_reference_is_compared_with_the_runs_that_share_its_trials(opened: O
     rows = page.evaluate(
         "[...document.querySelectorAll('#pairs tr')].map((r) => [...r.cells].map((c) => c.textContent))"
     )
-    assert len(rows) == 32
+    assert len(rows) == 33
     assert [r for r in rows if r[0] == "gg-cnn"] == [["gg-cnn", "180", "170", "8", "2", "0", "0.11", "1"]]
     assert [r for r in rows if r[0] == "baseline/oracle"] == [
         ["baseline/oracle", "24", "24", "0", "0", "0", "1", "–"]

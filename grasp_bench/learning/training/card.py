@@ -132,6 +132,7 @@ def model_card(facts: dict[str, Any], name: str | None = None) -> str:
     told = [k for k in TrainConfig.model_fields if k not in TOLD_ELSEWHERE and config.get(k) is not None]
     settings = ", ".join(f"{k} {config[k]}" for k in told)
     judged = min(config.get("validate_scenes") or data["val"], data["val"])
+    held_out = "scenes and images" if data.get("real") else "synthetic scenes"
     return f"""# {name or facts["network"]}
 
 Weights for `grasp-bench`, network `{facts["network"]}` with {facts["parameters"]:,} parameters, input
@@ -145,7 +146,7 @@ Weights for `grasp-bench`, network `{facts["network"]}` with {facts["parameters"
 {facts["commands"]}{_calibration_command(facts)}
 ```
 
-## Accuracy on {judged} held-out synthetic scenes
+## Accuracy on {judged} held-out {held_out}
 | measure | right | of | 95 % interval |
 |---|---|---|---|
 | best grasp agrees with the label maps (quality ≥ 0.5, 20°, width) | {_row(facts["accuracy"]["top1"])} |

@@ -126,10 +126,7 @@ class TrainConfig(BaseModel):
     )
     width_weight: float = Field(default=1.0, gt=0, description="Weight of width errors besides, e.g. 10.")
     width_expectile: float = Field(
-        default=0.5,
-        gt=0,
-        lt=1,
-        description="Share of weight of too narrow openings, e.g. 0.75: less narrow where it is less sure.",
+        default=0.5, gt=0, lt=1, description="Share of their weight that too narrow openings have, e.g. 0.75."
     )
     ema: float = Field(default=0.0, ge=0, lt=1, description="Decay of averaged weights, e.g. 0.999; 0 = off.")
     augment: bool = Field(default=True, description="Random rotation, mirror, scale, shift and colour.")

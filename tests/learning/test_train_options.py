@@ -141,9 +141,9 @@ def test_each_setting_is_reached_alone(name: str, begun: str) -> None:
         "precision": "fp32",
         "device": "cpu",
         "init": begun,
+        "width_expectile": 0.8,
     }
     others |= {"input": "rgbd", "holdout": "1/3", "split": "image", "ema": 0.5, "zoom": 2.0}
-    others |= {"width_expectile": 0.8}
     config = TrainConfig.model_validate({name: others.get(name, 7)})
     command = training_command(config, [Source(Path("synth"))])
     assert command.startswith("grasp-bench train --predictor htc-grasp --data synth --")
@@ -184,6 +184,10 @@ def test_card_shows_command_and_settings(begun: str, folder: Path) -> None:  # n
     assert "holdout 2/5" in page
     assert "workers" not in page
     assert "cut off" not in page
+    assert "held-out synthetic scenes" in page
+    real = model_card(facts | {"data": facts["data"] | {"real": ["cornell"]}})
+    assert "held-out scenes and images" in real
+    assert "held-out synthetic" not in real
     cut = facts | {
         "ended": "minutes",
         "seconds": 840,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_bench.camera import RgbdImage
-from grasp_bench.errors import GraspBenchError
+from grasp_bench.errors import GraspBenchError, PredictorError
 from grasp_bench.grasps import Grasp, GraspMaps
 from grasp_bench.networks.calibration import calibration_of
 from grasp_bench.networks.encoding import grasps_from_output, maps_from_output, to_input
@@ -43,6 +43,12 @@ class NetworkPredictor:
             as Cornell's (see :mod:`grasp_bench.predictors.tabletop`); 'none' shows pictures as they are.
         surrounded: whether walls, floors and their feet are told from what may be grasped, so that no grasp
             is centred there (:mod:`grasp_bench.predictors.surroundings`).
+        tta: test-time augmentation: the mean of what the network says of eight turned and mirrored copies,
+            for eight times the time (:mod:`grasp_bench.networks.test_time`).
+
+    Raises:
+        AssetError: for weights that are missing or damaged.
+        PredictorError: ``tta`` was asked of a detector, which has no maps to average.
 
     Attributes:
         crop_origin: (x, y) of the crop's corner in the last image [px], negative if padded.
@@ -60,10 +66,13 @@ class NetworkPredictor:
         peaks: int = 10,
         level: Level = "camera",
         surrounded: bool = True,
+        tta: bool = False,
     ) -> None:
         import torch
 
         from grasp_bench.networks.folding import folded
+        from grasp_bench.networks.rows import Detector
+        from grasp_bench.networks.test_time import Averaged
         from grasp_bench.networks.weights import load
 
         self.name, self.peaks, self.level, self.surrounded = name, peaks, level, surrounded
@@ -74,8 +83,11 @@ class NetworkPredictor:
         network, self.metadata = load(name, weights)
         self.kind: Kind = input_kind(name, stored_input(self.metadata))
         self.calibration = calibration_of(self.metadata, str(weights or name))
+        if tta and isinstance(network, Detector):
+            raise PredictorError(f"{name} gives grasps and no maps, which test-time augmentation averages.")
         # Channels last is the fastest layout of every network here once its norms are folded.
-        self._network = folded(network).to(self._device).to(memory_format=torch.channels_last)  # pyright: ignore[reportCallIssue]
+        ready = folded(network).to(self._device).to(memory_format=torch.channels_last)  # pyright: ignore[reportCallIssue]
+        self._network = Averaged(ready) if tta else ready
 
     def predict(self, image: RgbdImage) -> list[Grasp]:
         """Return grasps in pixels of the whole image, best first; empty if the network sees none.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from typing import Any, ClassVar, Literal
 
@@ -28,6 +28,7 @@ class Shipped:
         summary: one line for listings.
         path: ``module:Class``, imported when first used.
         network, trained: the registered network, and which of its weights; None for a control.
+        tta: whether the network is asked with test-time augmentation.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Shipped:
     apart: ClassVar[None] = None  # it is this package's own code
     network: Network | None = None
     trained: Weights | None = None
+    tta: bool = False
 
     @property
     def weights(self) -> WeightsFile | None:
@@ -64,7 +66,7 @@ class Shipped:
         maker = resolve(self.path)
         if self.network is None or self.weights is None:
             return maker()
-        return maker(self.network.name, self.weights.path)
+        return maker(self.network.name, self.weights.path, tta=self.tta)
 
     def facts(self, predictor: object) -> dict[str, Any]:
         """Return what identifies it: the version of grasp-bench, and its weights."""
@@ -96,6 +98,14 @@ class Shipped:
         }
 
 
+def _averaged(name: str) -> Shipped:
+    """Return the weights ``name``, asked with test-time augmentation; that is no row of the paper's."""
+    network, weights = all_weights()[name]
+    summary = f"{name} asked about eight turned and mirrored copies: slower, more often right"
+    plain = replace(weights, rows={})
+    return Shipped(f"{name}-tta", "network", summary, NETWORK_PREDICTOR, network, plain, tta=True)
+
+
 def _control(name: str, summary: str, module: str = "controls") -> Shipped:
     maker = name.capitalize().replace("-", "")
     return Shipped(name, "control", summary, f"grasp_bench.predictors.{module}:{maker}")
@@ -108,6 +118,7 @@ SHIPPED: dict[str, Shipped] = {
             Shipped(weights.name, "network", weights.summary, NETWORK_PREDICTOR, network, weights)
             for network, weights in all_weights().values()
         ),
+        _averaged("htc-grasp"),
         _control("oracle", "upper bound: reference grasps of the true mesh, tried out beforehand"),
         _control("oracle-6dof", "upper bound from any direction: as oracle, not only from above", SPATIAL),
         _control("antipodal-6dof", "hands pushed into the point cloud, after Grasp Pose Detection", SPATIAL),

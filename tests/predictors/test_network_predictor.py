@@ -365,3 +365,30 @@ def test_a_network_answers_where_nobody_called_begin(weights: dict[str, Path]) -
     made = load_predictor(f"gg-cnn@{weights['gg-cnn']}")
     assert not hasattr(made, "begin")
     assert made.predict(image())
+
+
+# --- test-time augmentation ----------------------------------------------------------------------
+
+
+def test_test_time_augmentation_asks_about_eight_copies() -> None:
+    """It has the network's own weights and calibration, answers alike for a copy, and names itself."""
+    own, averaged = load_predictor("htc-grasp"), load_predictor("htc-grasp-tta")
+    assert isinstance(own, NetworkPredictor)
+    assert isinstance(averaged, NetworkPredictor)
+    assert averaged.metadata == own.metadata
+    assert SHIPPED["htc-grasp-tta"].details()["paper_rows"] == {}
+    picture = image(224, 224, holes=0.0)
+    turned = RgbdImage(
+        np.rot90(picture.rgb).copy(), np.rot90(picture.depth).copy(), Intrinsics.from_fov(224, 224, 1.1)
+    )
+
+    def apart(predictor: NetworkPredictor) -> float:
+        quality = predictor.maps(picture).quality
+        return float(np.abs(np.rot90(predictor.maps(turned).quality, -1) - quality).max())
+
+    assert apart(averaged) < 1e-3 < apart(own)
+
+
+def test_a_detector_has_nothing_to_average() -> None:
+    with pytest.raises(PredictorError, match="no maps, which test-time augmentation averages"):
+        NetworkPredictor("wu-anchor-free", tta=True)

@@ -1,0 +1,59 @@
+"""Test-time augmentation: the mean of what a network says of turned and mirrored copies of a picture.
+
+The copies are the eight symmetries of a square, which move pixels onto pixels, so that nothing is lost by
+resampling. A network has learnt to treat them alike, and yet errs on each a little differently.
+"""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+
+SYMMETRIES = tuple((turns, mirror) for mirror in (False, True) for turns in range(4))
+"""Quarter turns counter-clockwise, of the picture or of its mirror image."""
+
+
+def moved(planes: Tensor, turns: int, mirror: bool) -> Tensor:
+    """Exchange left and right if asked to, then turn (…, S, S) by quarters, counter-clockwise."""
+    return torch.rot90(planes.flip(-1) if mirror else planes, turns, (-2, -1))
+
+
+def moved_back(maps: Tensor, turns: int, mirror: bool) -> Tensor:
+    """Return what maps (B, 4, S, S) of a moved picture say of the picture itself.
+
+    A quarter turn adds π to twice the angle, which changes the sign of its sine and its cosine; the mirror
+    changes the sign of the angle.
+    """
+    quality, sin2, cos2, width = torch.rot90(maps, -turns, (-2, -1)).unbind(1)
+    quarter = -1 if turns % 2 else 1
+    own = torch.stack([quality, quarter * sin2, quarter * cos2, width], dim=1)
+    if mirror:
+        own = own.flip(-1)
+        own[:, 1].neg_()
+    return own
+
+
+class Averaged(nn.Module):
+    """Maps of a network, averaged over symmetries of the square.
+
+    Sine and cosine are averaged as such: where views disagree on the angle, the vector gets shorter, and its
+    direction lies between theirs.
+
+    Args:
+        network: maps images (B, C, S, S) to maps (B, 4, S, S).
+        symmetries: some of :data:`SYMMETRIES`.
+    """
+
+    def __init__(self, network: nn.Module, symmetries: tuple[tuple[int, bool], ...] = SYMMETRIES) -> None:
+        super().__init__()
+        self.network, self.symmetries = network, symmetries
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Map (B, C, S, S) to (B, 4, S, S); one view at a time, as the memory of one suffices."""
+        total = None
+        for turns, mirror in self.symmetries:
+            view = moved(x, turns, mirror).contiguous(memory_format=torch.channels_last)
+            maps = moved_back(self.network(view), turns, mirror)
+            total = maps if total is None else total + maps
+        assert total is not None
+        return total / len(self.symmetries)

@@ -56,6 +56,7 @@ def ways(network: nn.Module, x: Maps) -> dict[str, list[Grasp]]:
         **{f"opened {wider} px wider": best(own, wider=wider) for wider in (3, 6, 9, 12)},
         **{f"maps smoothed by {sigma:g} px instead of 2": best(own, sigma) for sigma in (1.0, 3.0, 4.0)},
         "mean with the mirror image (2 passes)": best(views[[0, 4]].mean(0)),
+        "mean of half turn and mirror images (4 passes)": best(views[[0, 2, 4, 6]].mean(0)),
         "mean of four quarter turns (4 passes)": best(mean),
         "least quality of four quarter turns (4 passes)": best(agreed),
         "mean of all eight symmetries (8 passes)": best(views.mean(0)),

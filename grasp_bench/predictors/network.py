@@ -43,8 +43,8 @@ class NetworkPredictor:
             as Cornell's (see :mod:`grasp_bench.predictors.tabletop`); 'none' shows pictures as they are.
         surrounded: whether walls, floors and their feet are told from what may be grasped, so that no grasp
             is centred there (:mod:`grasp_bench.predictors.surroundings`).
-        tta: test-time augmentation: the mean of what the network says of eight turned and mirrored copies,
-            for eight times the time (:mod:`grasp_bench.networks.test_time`).
+        tta: test-time augmentation: the mean of what the network says of a picture and of three turned and
+            mirrored copies, for four times the time (:mod:`grasp_bench.networks.test_time`).
 
     Raises:
         AssetError: for weights that are missing or damaged.

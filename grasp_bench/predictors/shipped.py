@@ -101,7 +101,7 @@ class Shipped:
 def _averaged(name: str) -> Shipped:
     """Return the weights ``name``, asked with test-time augmentation; that is no row of the paper's."""
     network, weights = all_weights()[name]
-    summary = f"{name} asked about eight turned and mirrored copies: slower, more often right"
+    summary = f"{name} asked four times, of turned and mirrored copies: slower, more often right"
     plain = replace(weights, rows={})
     return Shipped(f"{name}-tta", "network", summary, NETWORK_PREDICTOR, network, plain, tta=True)
 

@@ -70,7 +70,7 @@ def test_copies_are_views_as_training_draws_them(symmetry: tuple[int, bool]) -> 
 
 def test_the_average_treats_all_copies_alike(pictures: Tensor) -> None:
     torch.manual_seed(0)
-    network = Averaged(Arbitrary()).requires_grad_(False)
+    network = Averaged(Arbitrary(), SYMMETRIES).requires_grad_(False)
     own = network(pictures)
     assert not torch.allclose(own, network.network(pictures), atol=0.1)
     for symmetry in SYMMETRIES:

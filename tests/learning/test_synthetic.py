@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+from filelock import FileLock
 
 from grasp_bench.camera import CameraPose, Intrinsics, RgbdImage
 from grasp_bench.cli import data as cli
@@ -102,6 +103,12 @@ def test_files_do_not_depend_on_workers_and_are_kept(tmp_path: Path) -> None:
     assert sheet.stat().st_size > 10000
     with pytest.raises(GraspBenchError, match="another folder"):
         generate.generate(two, 2, 8, QUICK)
+
+
+def test_two_generations_into_one_folder_are_refused(tmp_path: Path) -> None:
+    with FileLock(tmp_path / ".lock"), pytest.raises(GraspBenchError, match="are being generated into"):
+        generate.generate(tmp_path, 1, 7, QUICK, workers=1)
+    assert not (tmp_path / "index.jsonl").exists()
 
 
 # ---------------------------------------------------------------- labels

@@ -28,7 +28,7 @@ from grasp_bench.learning.data.scenes import Scene, load_scene, load_scenes, unp
 from grasp_bench.learning.evaluation.evaluate import Question, evaluate
 from grasp_bench.learning.training.augment import View, crop_scene, jitter_colour, jitter_depth, random_view
 from grasp_bench.learning.training.batches import ROWS, make_batch, make_sample, scenes_of_step
-from grasp_bench.learning.training.config import TrainConfig
+from grasp_bench.learning.training.config import OF_MAPS, TrainConfig
 from grasp_bench.learning.training.first_weights import first_weights
 from grasp_bench.learning.training.loop import CHECKPOINT, _read, train
 from grasp_bench.learning.training.loss import grasp_loss
@@ -629,6 +629,14 @@ def test_wrong_settings_are_named(option: str, value: str, folder: Path, tmp_pat
     )
     assert result.exit_code == 2
     assert option in result.output
+
+
+def test_weights_of_maps_are_refused_where_there_are_none(folder: Path, tmp_path: Path) -> None:
+    config = TrainConfig(network="redmon-direct", steps=1, batch=2, width_weight=10, width_expectile=0.7)
+    with pytest.raises(GraspBenchError, match=r"has a loss of its own: leave out --width-weight\.$"):
+        train(config, load_scenes([folder]), tmp_path)
+    assert TrainConfig(width_weight=2).given(OF_MAPS) == ["--width-weight"]
+    assert TrainConfig(lr=2e-3).given(OF_MAPS) == []
 
 
 def test_learning_rate() -> None:

@@ -21,6 +21,7 @@ from grasp_bench.errors import GraspBenchError
 from grasp_bench.learning.data.scenes import INDEX
 from grasp_bench.system.graphics import without_gl
 from grasp_bench.system.integrity import write_whole
+from grasp_bench.system.locking import Lock
 from grasp_bench.system.machine import THREADS
 from grasp_bench.system.spawning import SpawnContext
 
@@ -68,10 +69,24 @@ def generate(
             made now.
 
     Raises:
-        GraspBenchError: when the folder was generated with another seed or parameters.
+        GraspBenchError: when the folder was generated with another seed or parameters, or another process
+            writes to it.
     """
     without_gl()
     (out / "scenes").mkdir(parents=True, exist_ok=True)
+    busy = GraspBenchError(f"Scenes are being generated into {out} already; wait, or choose another --out.")
+    with Lock(out / ".lock", busy):
+        return _generate(out, scenes, seed, config, workers, report)
+
+
+def _generate(
+    out: Path,
+    scenes: int,
+    seed: int,
+    config: SynthConfig,
+    workers: int,
+    report: Callable[[Entry | None, bool], None],
+) -> Produced:
     _check_config(out, seed, config)
     entries = {i: e for i in range(scenes) if (e := _entry(out, i, seed)) is not None}
     for entry in entries.values():

@@ -7,7 +7,7 @@ and :meth:`TrainConfig.arguments` writes those options that make the settings ag
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Self
 
@@ -31,6 +31,8 @@ FREE_TO_CHANGE = frozenset(
     }
 )
 """Fields in which a resumed run may differ from the run it continues."""
+OF_MAPS = ("geometry_weight", "positive_weight", "width_weight", "width_expectile")
+"""Fields that say what the errors of maps weigh; a network that gives grasps instead has none."""
 NOT_COMPARED = FREE_TO_CHANGE | {"holdout", "split"}
 """Fields in which a checkpoint may differ. The scenes' fingerprint tells which images are left out,
 and older checkpoints do not list it."""
@@ -197,6 +199,11 @@ class TrainConfig(BaseModel):
             else:
                 words += [names, value.rpartition(" ")[0] or value if name == "init" else str(value)]
         return words
+
+    def given(self, fields: Iterable[str]) -> list[str]:
+        """Return the options of those of the fields that are not as by default."""
+        defaults = {name: type(self).model_fields[name].default for name in fields}
+        return [self.option(name).names for name, usual in defaults.items() if getattr(self, name) != usual]
 
     @property
     def open_ended(self) -> bool:

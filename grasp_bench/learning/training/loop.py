@@ -20,7 +20,7 @@ from grasp_bench.errors import GraspBenchError
 from grasp_bench.learning.data.scenes import SceneSet
 from grasp_bench.learning.training.batches import batches, make_batch
 from grasp_bench.learning.training.checkpoint import load_checkpoint, save_checkpoint
-from grasp_bench.learning.training.config import TrainConfig
+from grasp_bench.learning.training.config import OF_MAPS, TrainConfig
 from grasp_bench.learning.training.course import Course
 from grasp_bench.learning.training.first_weights import first_weights
 from grasp_bench.learning.training.held_out import held_out_scenes
@@ -71,7 +71,7 @@ def train(
         AssetError: the checkpoint is damaged or of another run, or ``init`` is for an input that lacks a
             channel.
         GraspBenchError: the loss became infinite or NaN, there is no such device, ``out`` cannot be written,
-            or another training writes to it.
+            another training writes to it, or the network has no maps whose errors could weigh as asked.
     """
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -96,6 +96,10 @@ def _train(
     torch.set_num_threads(config.threads or usable_cores())
     torch.manual_seed(config.seed)
     network = build(config.network, kind) if init is None else first_weights(config.network, kind, init)
+    if isinstance(network, Detector) and (ignored := config.given(OF_MAPS)):
+        raise GraspBenchError(
+            f"{config.network} gives grasps and no maps, and has a loss of its own: leave out {ignored[0]}."
+        )
     learner = Learner.of(network, config, device)
     state = learner.network, learner.average, learner.optimizer
 

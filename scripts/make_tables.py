@@ -20,7 +20,7 @@ from grasp_bench.report.table4 import build_report
 from grasp_bench.report.tables import Markdown, TextTable, markdown, rate_cells
 from grasp_bench.runs.comparison import Comparison
 from grasp_bench.runs.evaluation import Evaluation
-from grasp_bench.runs.folder import find_runs
+from grasp_bench.runs.folder import find_runs, load_run
 from grasp_bench.runs.results import RunResults
 from grasp_bench.studies.bench_table import compare, read_evaluations, run_folders, tables
 
@@ -55,19 +55,19 @@ def main() -> None:
 
 
 def headline() -> str:
-    """The figures to quote: the shipped network with fresh seeds, pooled, with help and without."""
-    told = []
+    """The figures to quote: shipped networks with fresh seeds, pooled, with help and without."""
+    told: dict[str, list[str]] = {}
+    seeds: tuple[int, ...] = ()
     for folder, how in (("seeds", "with the planner's help"), ("seeds-as-predicted", "exactly as predicted")):
-        report = build_report(find_runs(ROOT / "results" / folder))
-        (group,) = report.groups
-        assert group.pooled is not None
-        counts, rate, interval = rate_cells(group.pooled)
-        told.append(f"**{counts} = {rate}** {how} (95 % interval {interval})")
-        predictor, seeds = report.runs[0].info.predictor, group.seeds
-    return (
-        f"**`{predictor}` lifts** {told[0]} and {told[1]}; seeds {seeds[0]} to {seeds[-1]}, "
-        "each of the 180 objects once a seed."
-    )
+        runs = find_runs(ROOT / "results" / folder)
+        for predictor in sorted({load_run(run).predictor for run in runs}):
+            (group,) = build_report([run for run in runs if load_run(run).predictor == predictor]).groups
+            assert group.pooled is not None
+            counts, rate, interval = rate_cells(group.pooled)
+            told.setdefault(predictor, []).append(f"**{counts} = {rate}** {how} (95 % interval {interval})")
+            seeds = group.seeds
+    figures = "; ".join(f"**`{predictor}` lifts** {' and '.join(both)}" for predictor, both in told.items())
+    return f"{figures}; seeds {seeds[0]} to {seeds[-1]}, each of the 180 objects once a seed."
 
 
 def with_predicted(table: TextTable, merits: Sequence[Merit]) -> TextTable:

@@ -57,7 +57,7 @@ def main() -> None:
 def headline() -> str:
     """The figures to quote: shipped networks with fresh seeds, pooled, with help and without."""
     told: dict[str, list[str]] = {}
-    seeds: tuple[int, ...] = ()
+    seeds: list[int] = []
     for folder, how in (("seeds", "with the planner's help"), ("seeds-as-predicted", "exactly as predicted")):
         runs = find_runs(ROOT / "results" / folder)
         for predictor in sorted({load_run(run).predictor for run in runs}):
@@ -65,7 +65,7 @@ def headline() -> str:
             assert group.pooled is not None
             counts, rate, interval = rate_cells(group.pooled)
             told.setdefault(predictor, []).append(f"**{counts} = {rate}** {how} (95 % interval {interval})")
-            seeds = group.seeds
+            seeds = list(group.seeds)
     figures = "; ".join(f"**`{predictor}` lifts** {' and '.join(both)}" for predictor, both in told.items())
     return f"{figures}; seeds {seeds[0]} to {seeds[-1]}, each of the 180 objects once a seed."
 

@@ -1,10 +1,10 @@
 """Latency of every network on a CPU and on a GPU, in one run.
 
-    python benchmarks/latency.py [--repeats 20] [--threads 1 --threads 2] [--engine openvino]
+    python benchmarks/latency.py [--repeats 20] [--threads 1 --threads 2] [--engine openvino] [--markdown]
 
 All cases (network, precision, engine, threads) take turns, so that load from elsewhere meets all of
 them alike; medians are printed, and how many times faster than GR-ConvNet and than TF-Grasp each network
-is in the same mode, beside what the HTC-Grasp paper's Table 1 says of its own, on other hardware.
+is, fastest first, beside what the HTC-Grasp paper's Table 1 says of its own, on other hardware.
 
 On the CPU, batch 1: ``fp32`` is eager PyTorch with each network as it is built (HTC-Grasp builds itself with
 channels last, the others do not), ``fp32 cl`` gives channels last to all, ``bf16 cl`` is autocast to bfloat16
@@ -30,18 +30,20 @@ import torch
 import typer
 from rich.console import Console
 from rich.progress import Progress
-from rich.table import Table
 
 from grasp_bench.errors import GraspBenchError
 from grasp_bench.networks.folding import folded
 from grasp_bench.networks.registry import NETWORKS, build, info, parameter_count, standing_for
 from grasp_bench.report.paper import TABLE_1
+from grasp_bench.report.tables import TextTable, markdown, show
 
 PRINTED = {n: row.milliseconds for row in TABLE_1 if row.milliseconds for n in standing_for(1, row.method)}
 """Milliseconds in the HTC-Grasp paper's Table 1."""
 REFERENCES = {name: PRINTED[name] / PRINTED["htc-grasp"] for name in ("gr-convnet", "tf-grasp")}
 """Networks compared with, and how many times faster than each the paper's HTC-Grasp is (its Table 1)."""
-EAGER = ("fp32", "fp32 cl", "folded cl", "bf16 cl")
+PLAIN = "fp32 cl"
+"""Mode in which networks are compared, where it is measured: all have channels last."""
+EAGER = ("fp32", PLAIN, "folded cl", "bf16 cl")
 BATCHES = (1, 32)
 """Images at a time on a GPU."""
 ENGINE_MODES = ("f32", "bf16")
@@ -201,8 +203,9 @@ def measure(names: list[str], threads: list[int], repeats: int, engine: Engine |
     return take_turns(cases, repeats, lambda case: torch.set_num_threads(case[0]))
 
 
-def table(figures: dict[Case, float], group: int, what: str, repeats: int) -> Table:
-    """Milliseconds of each network in each mode, and how many times faster than the references it is.
+def table(figures: dict[Case, float], group: int, what: str, repeats: int) -> TextTable:
+    """Milliseconds of each network in each mode, fastest first, and how many times faster than the references
+    it is, as measured and as printed.
 
     Args:
         figures: of all groups.
@@ -211,23 +214,37 @@ def table(figures: dict[Case, float], group: int, what: str, repeats: int) -> Ta
         repeats: behind each median.
     """
     modes = list(dict.fromkeys(mode for of, mode, _ in figures if of == group))
-    names = list(dict.fromkeys(name for _, _, name in figures))
-    shown = Table(
-        title=f"{what}: ms, then × {' and × '.join(REFERENCES)}; "
-        f"median of {repeats}, torch {torch.__version__}"
+    compared = PLAIN if PLAIN in modes else modes[0]
+    names = sorted(
+        {name for of, _, name in figures if of == group}, key=lambda n: figures[group, compared, n]
     )
-    shown.add_column("network")
-    shown.add_column("parameters", justify="right")
-    for mode in modes:
-        shown.add_column(mode, justify="right")
-    for name in names:
-        cells = [name, f"{parameter_count(build(name)):,}"]
-        for mode in modes:
-            ms = figures[group, mode, name]
-            ratios = [figures[group, mode, r] / ms for r in REFERENCES if r in names]
-            cells.append(f"{ms:.1f}" + "".join(f" {ratio:5.1f}×" for ratio in ratios))
-        shown.add_row(*cells)
-    return shown
+    rows = []
+    for name in sorted(names, key=lambda name: figures[group, compared, name]):
+        ms = figures[group, compared, name]
+        measured = [f"{figures[group, compared, r] / ms:.1f}" if r in names else "" for r in REFERENCES]
+        paper = PRINTED.get(name)
+        printed = [f"{PRINTED[r] / paper:.2g}" if paper else "" for r in REFERENCES]
+        rows.append(
+            [
+                name,
+                f"{parameter_count(build(name)):,}",
+                *(f"{figures[group, mode, name]:.1f}" for mode in modes),
+                *measured,
+                f"{paper:g}" if paper else "",
+                *printed,
+            ]
+        )
+    times = [f"× {name}" for name in REFERENCES]
+    head = ("network", "parameters", *modes, *times, "printed", *(f"{t}, printed" for t in times))
+    return TextTable(
+        f"{what}, milliseconds",
+        head,
+        rows,
+        note=f"Median of {repeats}, torch {torch.__version__}. ×: how many times faster, in {compared}. "
+        "Printed: the HTC-Grasp paper's Table 1, each author's milliseconds on hardware of their own.",
+        numbers=range(1, len(head)),
+        level=4,
+    )
 
 
 def main(
@@ -240,6 +257,7 @@ def main(
         list[str] | None,
         typer.Option(help=f"Network, repeatable: {', '.join(NETWORKS)}.", show_default="all"),
     ] = None,
+    as_markdown: Annotated[bool, typer.Option("--markdown", help="For benchmarks/README.md.")] = False,
 ) -> None:
     """Print a table of latencies for each number of threads, and for each batch on a GPU."""
     counts = threads or [1, 2]
@@ -250,19 +268,17 @@ def main(
     except GraspBenchError as error:
         Console(stderr=True).print(f"[red]{error}")
         raise typer.Exit(2) from None
-    console = Console(width=170)
-    for count in counts:
-        console.print(table(figures, count, f"CPU, {count} thread{'s' * (count > 1)}", repeats))
+    tables = [table(figures, count, f"CPU, {count} thread{'s' * (count > 1)}", repeats) for count in counts]
     for batch in dict.fromkeys(case[0] for case in on_gpu):
         what = f"{torch.cuda.get_device_name()}, {batch} image{'s' * (batch > 1)}"
-        console.print(table(on_gpu, batch, what, repeats))
+        tables.append(table(on_gpu, batch, what, repeats))
+    console = Console(width=170)
+    if as_markdown:
+        print(markdown(tables))
+    else:
+        show(tables, console)
     if missing := missing_cuda():
-        console.print(f"Nothing of a GPU: that part needs {missing}.")
-    paper = ", ".join(f"{ratio:.1f}× {name}" for name, ratio in REFERENCES.items())
-    printed = ", ".join(f"{PRINTED[name]:g} ms {name}" for name in ("htc-grasp", *REFERENCES))
-    console.print(
-        f"In HTC-Grasp's paper: {printed}; HTC-Grasp {paper} (Table 1; other hardware, other code)."
-    )
+        Console(stderr=True).print(f"Nothing of a GPU: that part needs {missing}.")
 
 
 if __name__ == "__main__":

@@ -37,9 +37,19 @@ def test_the_gpus_part_of_latency_runs_on_any_device() -> None:
     output = latency.on_device("gg-cnn", "bf16", 2, cpu)()
     assert output.shape == (2, 4, 224, 224)
     assert output.dtype == torch.bfloat16
-    assert "gg-cnn" in [
-        cell for column in latency.table(figures, 2, "two", 1).columns for cell in column.cells
-    ]
+    assert {row[0] for row in latency.table(figures, 2, "two", 1).rows} == {"gg-cnn", "htc-grasp-no-ea"}
+
+
+def test_ratios_of_latency_stand_beside_the_papers() -> None:
+    latency = script("latency")
+    slow = {"gr-convnet": 240.0, "htc-grasp": 40.0, "gr-convnet-16": 80.0}
+    figures = {
+        (1, mode, name): ms * s for mode, s in (("fp32", 2), ("fp32 cl", 1)) for name, ms in slow.items()
+    }
+    told = latency.table(figures, 1, "one", 5)
+    assert [row[0] for row in told.rows] == ["htc-grasp", "gr-convnet-16", "gr-convnet"], "fastest first"
+    assert told.rows[0] == ["htc-grasp", "2,434,004", "80.0", "40.0", "6.0", "", "5.4", "3.7", "7.7"]
+    assert told.rows[1][4:] == ["3.0", "", "", "", ""], "the paper has no such row, and no tf-grasp was timed"
 
 
 def test_latency_says_what_its_gpu_part_needs(monkeypatch: pytest.MonkeyPatch) -> None:

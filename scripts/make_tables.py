@@ -20,7 +20,7 @@ from grasp_bench.report.table4 import build_report
 from grasp_bench.report.tables import Markdown, TextTable, markdown, rate_cells
 from grasp_bench.runs.comparison import Comparison
 from grasp_bench.runs.evaluation import Evaluation
-from grasp_bench.runs.folder import find_runs, load_run
+from grasp_bench.runs.folder import find_runs
 from grasp_bench.runs.results import RunResults
 from grasp_bench.studies.bench_table import compare, read_evaluations, run_folders, tables
 
@@ -59,13 +59,11 @@ def headline() -> str:
     told: dict[str, list[str]] = {}
     seeds: list[int] = []
     for folder, how in (("seeds", "with the planner's help"), ("seeds-as-predicted", "exactly as predicted")):
-        runs = find_runs(ROOT / "results" / folder)
-        for predictor in sorted({load_run(run).predictor for run in runs}):
-            (group,) = build_report([run for run in runs if load_run(run).predictor == predictor]).groups
-            assert group.pooled is not None
-            counts, rate, interval = rate_cells(group.pooled)
+        (group,) = build_report(find_runs(ROOT / "results" / folder)).groups
+        seeds = list(group.seeds)
+        for predictor in sorted(group.pooled):
+            counts, rate, interval = rate_cells(group.pooled[predictor])
             told.setdefault(predictor, []).append(f"**{counts} = {rate}** {how} (95 % interval {interval})")
-            seeds = list(group.seeds)
     figures = "; ".join(f"**`{predictor}` lifts** {' and '.join(both)}" for predictor, both in told.items())
     return f"{figures}; seeds {seeds[0]} to {seeds[-1]}, each of the 180 objects once a seed."
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import TypeVar
 
 from grasp_bench.predictors.shipped import SHIPPED
 from grasp_bench.report.compare import REFERENCE
@@ -15,6 +16,7 @@ from grasp_bench.runs.info import RunInfo
 from grasp_bench.runs.results import RunResults
 from grasp_bench.runs.statistics import Rate
 
+T = TypeVar("T")
 PAPERS = "table4"
 """Scenario that stands beside the paper's Table 4."""
 DEVELOPED_ON = 0
@@ -32,7 +34,8 @@ class Group:
         scenario: label of their scenario; None where they have several.
         runs: their positions in the list, best first, controls last.
         seeds: their seeds, in order.
-        pooled: successes of all together, where the same predictor tried the same with several seeds.
+        pooled: successes of each predictor's runs together, best first, where all of them tried the same with
+            the same several seeds; else empty.
         alike: whether all are of the same scenario, seed, objects and number of trials.
         of_the_paper: whether the rows of the paper's Table 4 belong above these.
     """
@@ -41,7 +44,7 @@ class Group:
     scenario: str | None
     runs: tuple[int, ...]
     seeds: tuple[int, ...]
-    pooled: Rate | None
+    pooled: Mapping[str, Rate]
     alike: bool
     of_the_paper: bool
 
@@ -59,11 +62,15 @@ def beside_the_paper(run: RunInfo) -> bool:
 def grouped(runs: Sequence[Summary], first: int | None = None) -> list[Group]:
     """Return all runs in groups, the one that holds run ``first`` leading, larger ones before smaller.
 
-    Runs of the same scenario, seed, objects and number of trials are a group; those that would stand alone
-    are put together by scenario, and what is left then is the last group.
+    Runs of the same scenario, seed, objects and number of trials are a group, and such groups of the same
+    predictors with other seeds are one; those that would stand alone are put together by scenario, and what
+    is left then is the last group.
     """
     alike = _by(range(len(runs)), lambda i: _tried(runs[i]))
     groups = [g for g in alike if len(g) > 1 or g[0] == first]
+    groups = [
+        [i for g in of_seeds for i in g] for of_seeds in _by(groups, lambda g: _but_for_seed(g, runs, first))
+    ]
     rest = [g[0] for g in alike if len(g) == 1 and g[0] != first]
     alone = []
     for found in _by(rest, lambda i: runs[i].info.scenario_label):
@@ -77,15 +84,17 @@ def grouped(runs: Sequence[Summary], first: int | None = None) -> list[Group]:
 
 
 def _group(found: Sequence[int], runs: Sequence[Summary]) -> Group:
-    order = sorted(
-        found, key=lambda i: (is_control(runs[i].info.predictor), -runs[i].lifted.rate, runs[i].run)
-    )
-    labels = list(dict.fromkeys(runs[i].info.scenario_label for i in order))
-    seeds = tuple(sorted({runs[i].info.seed for i in order}))
-    predictors = {runs[i].info.predictor for i in order}
-    pooled = None
-    if len(labels) == 1 and len(predictors) == 1 and len(seeds) == len(order) > 1:
-        pooled = Rate(sum(runs[i].lifted.successes for i in order), sum(runs[i].lifted.trials for i in order))
+    labels = list(dict.fromkeys(runs[i].info.scenario_label for i in found))
+    seeds = tuple(sorted({runs[i].info.seed for i in found}))
+    pooled = _pooled(found, runs) if len(labels) == 1 and len(seeds) > 1 else {}
+
+    def place(i: int) -> tuple[object, ...]:
+        predictor, rate = runs[i].info.predictor, runs[i].lifted.rate
+        ranks = (-pooled[predictor].rate, predictor) if pooled else ()
+        return (is_control(predictor), *ranks, -rate, runs[i].run)
+
+    order = sorted(found, key=place)
+    pooled = {predictor: pooled[predictor] for i in order if (predictor := runs[i].info.predictor) in pooled}
     counts = sorted({_planned(runs[i]) for i in order})
     if len(counts) > 1:
         trials = f"{counts[0]} to {counts[-1]} trials"
@@ -105,6 +114,30 @@ def _group(found: Sequence[int], runs: Sequence[Summary]) -> Group:
     )
 
 
+def _pooled(found: Sequence[int], runs: Sequence[Summary]) -> dict[str, Rate]:
+    """Return each predictor's successes of all seeds; nothing unless each has one run with each seed."""
+    seeds = {runs[i].info.seed for i in found}
+    by = {runs[g[0]].info.predictor: g for g in _by(found, lambda i: runs[i].info.predictor)}
+    if any(len(g) != len(seeds) or {runs[i].info.seed for i in g} != seeds for g in by.values()):
+        return {}
+    return {
+        predictor: Rate(sum(runs[i].lifted.successes for i in g), sum(runs[i].lifted.trials for i in g))
+        for predictor, g in by.items()
+    }
+
+
+def _but_for_seed(group: list[int], runs: Sequence[Summary], first: int | None) -> tuple[object, ...]:
+    """Return what groups share that differ in nothing but the seed: scenario, objects and predictors.
+
+    The group of run ``first``, and one with two runs of a predictor, share it with none.
+    """
+    predictors = sorted(runs[i].info.predictor for i in group)
+    if first in group or len(predictors) != len(set(predictors)):
+        return tuple(group)
+    scenario, _, *tried = _tried(runs[group[0]])
+    return scenario, *tried, *predictors
+
+
 def _tried(run: Summary) -> tuple[object, ...]:
     """Return what makes the trials of two runs the same ones."""
     count = max(run.info.trials, run.lifted.trials)  # of a race's, whoever left it when
@@ -115,9 +148,9 @@ def _same(found: Sequence[int], runs: Sequence[Summary]) -> bool:
     return len({_tried(runs[i]) for i in found}) == 1
 
 
-def _by(found: Sequence[int], key: Callable[[int], tuple[object, ...] | str]) -> list[list[int]]:
-    """Return positions by a key, in the order in which the keys first come."""
-    groups: dict[object, list[int]] = {}
+def _by(found: Iterable[T], key: Callable[[T], object]) -> list[list[T]]:
+    """Return things by a key, in the order in which the keys first come."""
+    groups: dict[object, list[T]] = {}
     for i in found:
         groups.setdefault(key(i), []).append(i)
     return list(groups.values())

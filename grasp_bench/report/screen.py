@@ -124,7 +124,9 @@ def _folded(group: Group, runs: Sequence[Summary]) -> str:
     """Return a group as one line."""
     members = [runs[i] for i in group.runs]
     if group.pooled:
-        return f"{group.title}: {members[0].info.predictor} {_with_interval(group.pooled)}"
+        return (
+            f"{group.title}: {_listed([f'{p} {_with_interval(rate)}' for p, rate in group.pooled.items()])}"
+        )
     if group.scenario is None:
         best, worst = members[0], min(members, key=lambda r: r.lifted.rate)
         who = dict.fromkeys(r.info.predictor for r in members)

@@ -135,8 +135,8 @@ class Report:
     def _table(self, group: Group, titled: bool) -> TextTable:
         runs = [self.runs[i] for i in group.runs]
         rows, sources = [row_of(r) for r in runs], [_source(r, group) for r in runs]
-        if group.pooled:
-            rows.append(Row("grasp-bench", f"{runs[0].info.predictor}, together", group.pooled, run=""))
+        for predictor, rate in group.pooled.items():
+            rows.append(Row("grasp-bench", f"{predictor}, together", rate, run=""))
             sources.append("")
         if not titled:
             return table_4(rows, {"Source": sources}, group.title, "")

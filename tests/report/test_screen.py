@@ -73,11 +73,12 @@ def test_my_run_is_marked_among_the_rows_of_its_scenario(lines: list[str]) -> No
 
 def test_other_groups_are_a_line_each(lines: list[str]) -> None:
     at = lines.index("Also here")
-    assert lines[at + 1 : at + 6] == [
-        "18 more of these trials: htc-grasp-no-ea 172/180, redmon-multigrasp 172/180,",
-        "  lenz-sae 169/180 and 15 more",
+    assert lines[at + 1 : at + 7] == [
+        "19 more of these trials: gq-cnn 172/180, htc-grasp-no-ea 172/180,",
+        "  redmon-multigrasp 172/180 and 16 more",
         "table4, development seed 0, 24 trials: htc-grasp 24/24, oracle 24/24",
-        "table4, seeds 5 to 9, 180 trials each: htc-grasp 869/900 = 96.6% (95.2% – 97.6%)",
+        "table4, seeds 5 to 9, 180 trials each: htc-grasp-tta 870/900 = 96.7% (95.3% –",
+        "  97.7%), htc-grasp 869/900 = 96.6% (95.2% – 97.6%)",
         "11 scenarios, seed 0, 180 trials each: htc-grasp 93.9% (office) to 99.4% (ideal)",
     ]
 
@@ -163,6 +164,32 @@ def test_a_run_alone_is_shown_with_others_of_its_scenario(tmp_path: Path) -> Non
     first, *others = newest(runs, names, groups)
     assert runs[first].folder == mine
     assert len(others) == 3
+
+
+def test_predictors_with_the_same_seeds_stand_together_each_with_its_sum(tmp_path: Path) -> None:
+    told = {"m:A": ["missed", "success"], "m:B": ["success", "success"]}
+    for seed in (5, 6, 7):
+        for name, outcomes in told.items():
+            aged(write_run(tmp_path / f"{name[-1]}{seed}", name, outcomes, seed=seed), 500)
+    aged(write_run(tmp_path / "C8", "m:C", ["success", "success"], seed=8), 500)
+    report = build_report(find_runs(tmp_path), tmp_path)
+    alone, both = report.groups
+    assert both.title == "table4, seeds 5 to 7, 2 trials each"
+    assert [report.runs[i].run for i in both.runs] == ["B5", "B6", "B7", "A5", "A6", "A7"]
+    assert {p: (r.successes, r.trials) for p, r in both.pooled.items()} == {"m:B": (6, 6), "m:A": (3, 6)}
+    assert list(both.pooled) == ["m:B", "m:A"]
+    assert [report.runs[i].run for i in alone.runs] == ["C8"]
+    assert not alone.pooled
+    text = as_text(screen(find_runs(tmp_path), tmp_path), 200)
+    assert "m:B, together" in markdown(report.tables())
+    assert "m:A, together" in markdown(report.tables())
+    assert "seeds 5 to 7" in text
+    # The run made last keeps a table of its own seed.
+    aged(tmp_path / "A6", 0)
+    runs = [RunResults(f) for f in find_runs(tmp_path)]
+    names = [r.folder.name for r in runs]
+    lead, *_ = grouped([Summary.of(r, tmp_path) for r in runs], made_last(runs, names))
+    assert [names[i] for i in lead.runs] == ["B6", "A6"]
 
 
 def test_the_command_prints_the_screen_and_all_on_request(results: Path) -> None:

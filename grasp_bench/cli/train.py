@@ -174,7 +174,9 @@ def _train_with_progress(
     from grasp_bench.learning.training.loop import train
 
     with counting(console) as progress:
-        task = progress.add_task(config.network, total=config.steps, state="")
+        # Steps of a run that ends by something else are a bound that tells nothing of the time that is left.
+        total = None if config.open_ended else config.steps
+        task = progress.add_task(config.network, total=total, state="")
 
         def report(done, figures, accuracy) -> None:
             progress.update(

@@ -5,7 +5,8 @@ Known: it is region-based, puts out pairs of grasping points, and learns from fe
 The rest is a choice: a ResNet-18 with a pyramid's map of stride 8, proposals of objects, regions of 14×14,
 maps of 28×28 of a contact's heat and the vector from it to its partner; a pair is a peak and the peak that
 its vector hits. Consistency: what the network says of an image, without gradient, is what it shall say of
-the image's mirrored copy; that counts more and more over the first 300 steps, for images without labels, too.
+the image's mirrored copy; that counts more and more over the first 300 steps, for images without labels, too,
+which say nothing of where objects are not: proposals learn from the others.
 """
 
 from __future__ import annotations
@@ -105,7 +106,14 @@ class Laili(Detector):
         features = self.pyramid(inputs)
         boxes, first = objects(targets)
         found = self.proposals(features)
-        objectness, edges = self.proposals.loss(found, boxes, first)
+        logits, offsets, fixed = found
+        known = first.any(1)
+        if known.any():
+            objectness, edges = self.proposals.loss(
+                (logits[known], offsets[known], fixed), boxes[known], first[known]
+            )
+        else:
+            objectness, edges = 0 * logits.sum(), 0 * offsets.sum()
         some, chosen = first.float().topk(LEARNT, dim=1)
         regions = boxes.gather(1, chosen[..., None].expand(-1, -1, 4))
         side = (regions[..., 2:] - regions[..., :2]).repeat(1, 1, 2)

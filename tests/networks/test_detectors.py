@@ -111,6 +111,22 @@ def test_images_without_labels_break_nothing(name: str) -> None:
     assert all(math.isfinite(g.width) for g in grasps_from_output(blank, 3))
 
 
+def test_an_image_without_labels_says_nothing_of_where_objects_are_not() -> None:
+    """Contact pairs learn from few labels: pictures alone must not teach that there is nothing on them."""
+    torch.manual_seed(1)
+    network = LEARNERS["laili-pairs"][0]().eval()
+    images, rows, _ = scenes(SIZE)
+    both, labels = images[:2, 1:], rows[:2].clone()
+    labels[1, :, 5] = NONE
+    torch.manual_seed(2)
+    mixed = network.loss(both, labels)
+    torch.manual_seed(2)
+    alone = network.loss(both[:1], labels[:1])
+    torch.testing.assert_close(mixed["proposal"], alone["proposal"])
+    labels[..., 5] = NONE
+    assert network.loss(both, labels)["proposal"] == 0
+
+
 @pytest.mark.parametrize("name", LEARNERS)
 def test_a_handful_of_scenes_is_learnt(name: str) -> None:
     make, channels, steps, size = LEARNERS[name]

@@ -54,7 +54,8 @@ class Network:
         rows: the same for the network's own weights as :attr:`Weights.rows`.
         group: heading under which it is listed.
         targets: what it learns from.
-        labelled: share of the scenes whose labels it is shown; the others are pictures only.
+        labelled: share of the scenes whose labels it is shown, and which are half of every batch then; the
+            others are pictures only.
         once: names under which earlier versions stored weights of this network.
         ablates: name of the weights that this ablation is compared with; None where there is none.
         others: further weights of this network that are shipped.

@@ -115,6 +115,16 @@ def test_a_share_of_the_scenes_keeps_its_labels() -> None:
     assert 8 < sum((table[:, 5] > 0).any() for table in tables) < 30
 
 
+def test_half_of_a_batch_has_labels_where_few_scenes_have() -> None:
+    scenes = [draw_scene([Grasp(160.0, 160.0, 0.0, 40.0)], str(k)) for k in range(60)]
+    config = TrainConfig(network="laili-pairs-10", batch=8, augment=False)
+    first, again = (make_batch(scenes, config, "rgb", CROP, 3)[1] for _ in range(2))
+    there = (first[..., 5] > 0).any(1)
+    assert there[::2].all()
+    assert there.sum() < 8
+    assert (first == again).all()
+
+
 # --- augmentation -------------------------------------------------------------------------
 
 VIEWS = [

@@ -78,10 +78,21 @@ def _rows(scene: Scene, view: View, crop: int, targets: Targets, labelled: float
     graded = [(grasp, True) for grasp in scene.truths()]
     if targets == "tries" and len(scene.tried):
         graded = scene.tries()
-    if labelled < 1 and crc32(scene.name.encode()) / 2**32 >= labelled:
+    if not _labels_shown(scene, labelled):
         graded = []
     moved = [(view.grasp(grasp, scene.size, crop), float(held)) for grasp, held in graded]
     return rows_from_grasps(moved, crop, ROWS).numpy()
+
+
+def _labels_shown(scene: Scene, share: float) -> bool:
+    """Return whether a scene is of the share whose labels are shown, which its name decides."""
+    return crc32(scene.name.encode()) / 2**32 < share
+
+
+def _with_labels(scenes: Sequence[Scene], index: int, share: float) -> int:
+    """Return the index of the first scene from ``index`` on, round the end, whose labels are shown."""
+    following = ((index + i) % len(scenes) for i in range(len(scenes)))
+    return next((k for k in following if _labels_shown(scenes[k], share)), index)
 
 
 def make_batch(scenes: Sequence[Scene], config: TrainConfig, kind: Kind, crop: int, step: int) -> Batch:
@@ -91,6 +102,8 @@ def make_batch(scenes: Sequence[Scene], config: TrainConfig, kind: Kind, crop: i
         chosen = [scenes.draw(np.random.default_rng([config.seed, 3, step, i])) for i in range(config.batch)]
     else:
         chosen = scenes_of_step(config.seed, step, config.batch, len(scenes))
+    if network.labelled < 1:  # every second scene is one with labels, however few of them there are
+        chosen[::2] = [_with_labels(scenes, k, network.labelled) for k in chosen[::2]]
     samples = [
         make_sample(
             scenes[k],

@@ -119,7 +119,7 @@ def test_half_of_a_batch_has_labels_where_few_scenes_have() -> None:
     scenes = [draw_scene([Grasp(160.0, 160.0, 0.0, 40.0)], str(k)) for k in range(60)]
     config = TrainConfig(network="laili-pairs-10", batch=8, augment=False)
     first, again = (make_batch(scenes, config, "rgb", CROP, 3)[1] for _ in range(2))
-    there = (first[..., 5] > 0).any(1)
+    there = np.any(first[..., 5] > 0, axis=1)
     assert there[::2].all()
     assert there.sum() < 8
     assert (first == again).all()

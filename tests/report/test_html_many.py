@@ -115,7 +115,7 @@ def test_one_reference_is_compared_with_the_runs_that_share_its_trials(opened: O
     page = opened.page
     cells = "[...document.querySelectorAll('#pairs tr')].map((r) => [...r.cells].map((c) => c.textContent))"
     rows = page.evaluate(cells)
-    assert len(rows) == 35
+    assert len(rows) == 36
     assert [r for r in rows if r[0] == "gg-cnn"] == [["gg-cnn", "180", "170", "8", "2", "0", "0.11", "1"]]
     assert [r for r in rows if r[0] == "baseline/oracle"] == [
         ["baseline/oracle", "24", "24", "0", "0", "0", "1", "–"]

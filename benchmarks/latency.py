@@ -39,8 +39,8 @@ from grasp_bench.report.tables import TextTable, markdown, show
 
 PRINTED = {n: row.milliseconds for row in TABLE_1 if row.milliseconds for n in standing_for(1, row.method)}
 """Milliseconds in the HTC-Grasp paper's Table 1."""
-REFERENCES = {name: PRINTED[name] / PRINTED["htc-grasp"] for name in ("gr-convnet", "tf-grasp")}
-"""Networks compared with, and how many times faster than each the paper's HTC-Grasp is (its Table 1)."""
+REFERENCES = ("gr-convnet", "tf-grasp")
+"""Networks compared with."""
 PLAIN = "fp32 cl"
 """Mode in which networks are compared, where it is measured: all have channels last."""
 EAGER = ("fp32", PLAIN, "folded cl", "bf16 cl")
@@ -215,9 +215,7 @@ def table(figures: dict[Case, float], group: int, what: str, repeats: int) -> Te
     """
     modes = list(dict.fromkeys(mode for of, mode, _ in figures if of == group))
     compared = PLAIN if PLAIN in modes else modes[0]
-    names = sorted(
-        {name for of, _, name in figures if of == group}, key=lambda n: figures[group, compared, n]
-    )
+    names = {name for of, _, name in figures if of == group}
     rows = []
     for name in sorted(names, key=lambda name: figures[group, compared, name]):
         ms = figures[group, compared, name]
@@ -272,11 +270,10 @@ def main(
     for batch in dict.fromkeys(case[0] for case in on_gpu):
         what = f"{torch.cuda.get_device_name()}, {batch} image{'s' * (batch > 1)}"
         tables.append(table(on_gpu, batch, what, repeats))
-    console = Console(width=170)
     if as_markdown:
         print(markdown(tables))
     else:
-        show(tables, console)
+        show(tables, Console(width=170))
     if missing := missing_cuda():
         Console(stderr=True).print(f"Nothing of a GPU: that part needs {missing}.")
 

@@ -21,7 +21,7 @@ from grasp_bench.learning.training.held_out import held_out_from
 from grasp_bench.networks.encoding import maps_from_output, to_input
 from grasp_bench.networks.registry import info, input_kind
 from grasp_bench.networks.store import stored_input
-from grasp_bench.networks.test_time import SYMMETRIES, moved, moved_back
+from grasp_bench.networks.symmetries import SYMMETRIES, answers
 from grasp_bench.networks.weights import load
 from grasp_bench.report.tables import TextTable, markdown
 from grasp_bench.runs.statistics import mcnemar
@@ -32,13 +32,6 @@ FIRST = 20_000
 Maps = NDArray[np.float32]
 
 
-def asked(network: nn.Module, x: Maps, *symmetries: tuple[int, bool]) -> Maps:
-    """Return the maps (views, 4, S, S) that views of an input (C, S, S) give."""
-    images = torch.from_numpy(x)[None]
-    with torch.inference_mode():
-        return torch.cat([moved_back(network(moved(images, *s)), *s) for s in symmetries]).numpy()
-
-
 def best(maps: Maps, sigma: float = 2.0, wider: float = 0.0) -> list[Grasp]:
     """Return the best grasp of maps (4, H, W), opened ``wider`` px more."""
     found = maps_from_output(torch.from_numpy(maps)).smoothed(sigma).peaks(1)
@@ -47,7 +40,8 @@ def best(maps: Maps, sigma: float = 2.0, wider: float = 0.0) -> list[Grasp]:
 
 def ways(network: nn.Module, x: Maps) -> dict[str, list[Grasp]]:
     """Return the grasp that each way picks of an input (C, S, S)."""
-    views = asked(network, x, *SYMMETRIES)
+    with torch.inference_mode():
+        views = torch.cat(answers(network, torch.from_numpy(x)[None], SYMMETRIES)).numpy()
     own, turned = views[0], views[:4]
     mean = turned.mean(0)
     agreed = np.stack([turned[:, 0].min(0), *mean[1:]])

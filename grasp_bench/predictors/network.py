@@ -44,7 +44,7 @@ class NetworkPredictor:
         surrounded: whether walls, floors and their feet are told from what may be grasped, so that no grasp
             is centred there (:mod:`grasp_bench.predictors.surroundings`).
         tta: test-time augmentation: the mean of what the network says of a picture and of three turned and
-            mirrored copies, for four times the time (:mod:`grasp_bench.networks.test_time`).
+            mirrored copies, for four times the time (:mod:`grasp_bench.networks.symmetries`).
 
     Raises:
         AssetError: for weights that are missing or damaged.
@@ -72,7 +72,7 @@ class NetworkPredictor:
 
         from grasp_bench.networks.folding import folded
         from grasp_bench.networks.rows import Detector
-        from grasp_bench.networks.test_time import Averaged
+        from grasp_bench.networks.symmetries import Averaged
         from grasp_bench.networks.weights import load
 
         self.name, self.peaks, self.level, self.surrounded = name, peaks, level, surrounded

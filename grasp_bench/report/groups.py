@@ -87,14 +87,14 @@ def _group(found: Sequence[int], runs: Sequence[Summary]) -> Group:
     labels = list(dict.fromkeys(runs[i].info.scenario_label for i in found))
     seeds = tuple(sorted({runs[i].info.seed for i in found}))
     pooled = _pooled(found, runs) if len(labels) == 1 and len(seeds) > 1 else {}
+    standing = list(pooled)
 
     def place(i: int) -> tuple[object, ...]:
         predictor, rate = runs[i].info.predictor, runs[i].lifted.rate
-        ranks = (-pooled[predictor].rate, predictor) if pooled else ()
-        return (is_control(predictor), *ranks, -rate, runs[i].run)
+        together = standing.index(predictor) if pooled else 0
+        return is_control(predictor), together, -rate, runs[i].run
 
     order = sorted(found, key=place)
-    pooled = {predictor: pooled[predictor] for i in order if (predictor := runs[i].info.predictor) in pooled}
     counts = sorted({_planned(runs[i]) for i in order})
     if len(counts) > 1:
         trials = f"{counts[0]} to {counts[-1]} trials"
@@ -115,15 +115,17 @@ def _group(found: Sequence[int], runs: Sequence[Summary]) -> Group:
 
 
 def _pooled(found: Sequence[int], runs: Sequence[Summary]) -> dict[str, Rate]:
-    """Return each predictor's successes of all seeds; nothing unless each has one run with each seed."""
+    """Return each predictor's successes of all seeds, best first, controls last; nothing unless each has one
+    run with each seed."""
     seeds = {runs[i].info.seed for i in found}
     by = {runs[g[0]].info.predictor: g for g in _by(found, lambda i: runs[i].info.predictor)}
     if any(len(g) != len(seeds) or {runs[i].info.seed for i in g} != seeds for g in by.values()):
         return {}
-    return {
+    summed = {
         predictor: Rate(sum(runs[i].lifted.successes for i in g), sum(runs[i].lifted.trials for i in g))
         for predictor, g in by.items()
     }
+    return dict(sorted(summed.items(), key=lambda item: (is_control(item[0]), -item[1].rate, item[0])))
 
 
 def _but_for_seed(group: list[int], runs: Sequence[Summary], first: int | None) -> tuple[object, ...]:

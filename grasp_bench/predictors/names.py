@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from grasp_bench.errors import AssetError, PredictorError, UnknownNameError
-from grasp_bench.networks.registry import NETWORKS
+from grasp_bench.networks.registry import NETWORKS, all_weights
 from grasp_bench.networks.store import WeightsFile
 from grasp_bench.predictors.protocol import Predictor
-from grasp_bench.predictors.shipped import SHIPPED, Shipped
+from grasp_bench.predictors.shipped import SHIPPED, TTA, Shipped, averaged
 from grasp_bench.predictors.sources import distribution, make, module_of, sources
 from grasp_bench.system.integrity import sha256
 
@@ -131,7 +131,7 @@ class Command:
 @dataclass(frozen=True)
 class Trained:
     """``NETWORK@FILE``: a network with weights that are not shipped; ``FILE.safetensors`` alone says
-    itself of which network it is.
+    itself of which network it is. ``NETWORK-tta@FILE`` asks it with test-time augmentation.
     """
 
     name: str
@@ -141,9 +141,8 @@ class Trained:
     @property
     def network(self) -> str:
         """The registered network; AssetError where the file does not say of which it is."""
-        named = self.name.partition(AT)[0]
-        if named in NETWORKS:
-            return named
+        if _names_network(self._named):
+            return self._named.removesuffix(TTA)
         stored = self.weights.metadata().get("network")
         if stored not in NETWORKS:
             raise AssetError(
@@ -154,19 +153,29 @@ class Trained:
     @property
     def weights(self) -> WeightsFile:
         """The file of its weights."""
-        named, _, path = self.name.partition(AT)
-        return WeightsFile(Path(path if named in NETWORKS else self.name))
+        path = self.name.partition(AT)[2] if _names_network(self._named) else self.name
+        return WeightsFile(Path(path))
+
+    @property
+    def _named(self) -> str:
+        return self.name.partition(AT)[0]
 
     def load(self) -> Predictor:
         """Make the predictor; AssetError for weights that are missing, damaged or of another network."""
         from grasp_bench.predictors.network import NetworkPredictor
 
-        return NetworkPredictor(self.network, self.weights.path)
+        tta = _names_network(self._named) and self._named.endswith(TTA)
+        return NetworkPredictor(self.network, self.weights.path, tta=tta)
 
     def facts(self, predictor: object) -> dict[str, Any]:
         """Return what identifies it: its weights."""
         self.weights.require()
         return {"files": {self.weights.name: self.weights.digest}}
+
+
+def _names_network(name: str) -> bool:
+    """Return whether a name is that of a network, asked once or with test-time augmentation."""
+    return name.removesuffix(TTA) in NETWORKS
 
 
 Named = Shipped | Trained | Installed | PythonPath | Server | Command
@@ -181,7 +190,8 @@ def installed() -> dict[str, list[Installed]]:
 
 
 def parse(name: str) -> Named:
-    """Return what a predictor's name means. A shipped name means that one, whatever packages are installed.
+    """Return what a predictor's name means. A shipped name means that one, whatever packages are installed,
+    and with ``-tta`` behind it a network's weights asked with test-time augmentation.
 
     Raises:
         UnknownNameError: for a name that nobody offers.
@@ -189,11 +199,13 @@ def parse(name: str) -> Named:
     """
     if name in SHIPPED:
         return SHIPPED[name]
+    if name.endswith(TTA) and name.removesuffix(TTA) in all_weights():
+        return averaged(name.removesuffix(TTA))
     if name.startswith(_ADDRESSES):
         return Server(name)
     if name.startswith(_COMMAND):
         return Command(name)
-    if (AT in name and name.partition(AT)[0] in NETWORKS) or (name.endswith(WEIGHTS) and ":" not in name):
+    if (AT in name and _names_network(name.partition(AT)[0])) or (name.endswith(WEIGHTS) and ":" not in name):
         return Trained(name)
     if ":" in name:
         return PythonPath(name)
@@ -211,7 +223,7 @@ def parse(name: str) -> Named:
 
 def with_weights(name: str, weights: Path) -> str:
     """Return the name of a network with the weights in a file; PredictorError where it names no network."""
-    if name not in NETWORKS:
+    if not _names_network(name):
         raise PredictorError(f"--weights is for networks; {name} is none.")
     return f"{name}{AT}{weights}"
 

@@ -16,6 +16,8 @@ from grasp_bench.predictors.sources import resolve
 SPATIAL = "spatial_controls"
 """Module of the controls of grasps in six degrees of freedom."""
 NETWORK_PREDICTOR = "grasp_bench.predictors.network:NetworkPredictor"
+TTA = "-tta"
+"""End of the name of a network that is asked with test-time augmentation."""
 
 
 @dataclass(frozen=True)
@@ -98,12 +100,12 @@ class Shipped:
         }
 
 
-def _averaged(name: str) -> Shipped:
-    """Return the weights ``name``, asked with test-time augmentation; that is no row of the paper's."""
+def averaged(name: str) -> Shipped:
+    """Return shipped weights, asked with test-time augmentation; that is no row of the paper's."""
     network, weights = all_weights()[name]
     summary = f"{name} asked four times, of turned and mirrored copies: slower, more often right"
     plain = replace(weights, rows={})
-    return Shipped(f"{name}-tta", "network", summary, NETWORK_PREDICTOR, network, plain, tta=True)
+    return Shipped(f"{name}{TTA}", "network", summary, NETWORK_PREDICTOR, network, plain, tta=True)
 
 
 def _control(name: str, summary: str, module: str = "controls") -> Shipped:
@@ -118,7 +120,7 @@ SHIPPED: dict[str, Shipped] = {
             Shipped(weights.name, "network", weights.summary, NETWORK_PREDICTOR, network, weights)
             for network, weights in all_weights().values()
         ),
-        _averaged("htc-grasp"),
+        averaged("htc-grasp"),
         _control("oracle", "upper bound: reference grasps of the true mesh, tried out beforehand"),
         _control("oracle-6dof", "upper bound from any direction: as oracle, not only from above", SPATIAL),
         _control("antipodal-6dof", "hands pushed into the point cloud, after Grasp Pose Detection", SPATIAL),

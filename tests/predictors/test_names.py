@@ -7,13 +7,15 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from grasp_bench.camera import Intrinsics, RgbdImage
 from grasp_bench.errors import AssetError, PredictorError, UnknownNameError
 from grasp_bench.networks.store import shipped_file
 from grasp_bench.predictors import load_predictor, names
 from grasp_bench.predictors.identity import identify
-from grasp_bench.predictors.names import Command, PythonPath, Server, parse, with_weights
+from grasp_bench.predictors.names import Command, PythonPath, Server, Trained, parse, with_weights
 from grasp_bench.predictors.shipped import SHIPPED, Shipped
 from grasp_bench.predictors.use import in_use
 
@@ -69,6 +71,26 @@ def test_a_network_with_weights_in_a_file(tmp_path: Path) -> None:
         parse(with_weights("tf-grasp", path)).load()
     with pytest.raises(PredictorError, match="--weights is for networks; oracle is none"):
         with_weights("oracle", path)
+
+
+def test_any_network_of_maps_can_be_asked_with_test_time_augmentation(tmp_path: Path) -> None:
+    once, four_times = SHIPPED["gg-cnn"], parse("gg-cnn-tta")
+    assert isinstance(four_times, Shipped)
+    assert four_times.facts(None) == once.facts(None)
+    path = tmp_path / "mine.safetensors"
+    path.write_bytes(shipped_file("gg-cnn").path.read_bytes())
+    own = parse(with_weights("gg-cnn-tta", path))
+    assert isinstance(own, Trained)
+    assert (own.network, own.weights.path) == ("gg-cnn", path)
+    depth = np.full((224, 224), 0.5, np.float32)
+    depth[90:120, 60:160] = 0.45
+    image = RgbdImage(np.zeros((224, 224, 3), np.uint8), depth, Intrinsics.from_fov(224, 224, 1.0))
+    plain, averaged, owned = (named.load().predict(image) for named in (once, four_times, own))
+    assert averaged == owned != plain
+    with pytest.raises(PredictorError, match="gives grasps and no maps"):
+        parse("wu-anchor-free-tta").load()
+    with pytest.raises(UnknownNameError, match="oracle-tta"):
+        parse("oracle-tta")
 
 
 def test_a_predictor_is_identified_without_being_made(tmp_path: Path) -> None:

@@ -1,13 +1,14 @@
 """Draw and list what all networks were trained with, of ``results/training/*.json``, for the documentation.
 
 ``python scripts/make_curves.py``: each file is the ``training.json`` that ``grasp-bench train`` leaves in its
-folder, named after what is shipped; ``NAME-gpu`` is the first part of NAME's training. Writes
+folder, named after what is shipped; ``NAME-part1`` is the first part of a training that NAME ended. Writes
 ``docs/images/learning-{pflop,minutes,steps}.svg``, and a table with steps, hours, seed, data and what ended
 each into docs/train.md.
 """
 
 import dataclasses
 import json
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, get_args
@@ -19,8 +20,8 @@ from grasp_bench.report.tables import TextTable, markdown
 from grasp_bench.studies.curve_chart import Cost, Curve, as_svg
 
 ROOT = Path(__file__).parents[1]
-FIRST = "-gpu"
-CONTINUED = ", first part"
+PART = re.compile(r"(.+)-part(\d+)")
+"""Name of the file of a training from whose weights another of the same network went on."""
 ENDED = {"flat": "flat", "minutes": "cut off by the clock", "steps": "steps given"}
 HEAD = ("Network", "Seed", "Steps × batch", "Hours", "PFLOP", "Scenes", "Ended", "Held at the end")
 
@@ -42,8 +43,8 @@ def main(root: Path = ROOT) -> None:
 
 def named(path: Path) -> str:
     """Name a training as its file is named, since a network may have had several."""
-    name = path.stem.removesuffix(FIRST)
-    return name if name == path.stem else name + CONTINUED
+    part = PART.fullmatch(path.stem)
+    return f"{part[1]}, part {part[2]}" if part else path.stem
 
 
 def listed(trainings: Mapping[str, dict[str, Any]]) -> str:
@@ -73,8 +74,8 @@ def listed(trainings: Mapping[str, dict[str, Any]]) -> str:
                 f"{good}/{tried}" if tried else "",
             ]
         )
-        # a first part has gone on since, from where it was cut off
-        if facts["ended"] == "minutes" and not name.endswith(CONTINUED):
+        # a part has gone on since, from where it was cut off
+        if facts["ended"] == "minutes" and ", part " not in name:
             unfinished.append(finishing_command(facts["commands"].splitlines()[-1]))
     text = markdown([TextTable("", HEAD, rows, numbers=(1, 2, 3, 4, 7))]).strip()
     if unfinished:

@@ -12,6 +12,7 @@ Trainings of less time or data than the recipes' are made by the same command; t
 from __future__ import annotations
 
 import argparse
+import json
 import shutil
 import subprocess
 import sys
@@ -125,8 +126,19 @@ def finish(name: str, folder: Path, curves: Path = CURVES) -> None:
     made.require()
     run(["calibrate", name, "--weights", str(made.path.resolve())], folder)
     print(ship(made).path)
+    facts = json.loads((folder / name / FACTS).read_text(encoding="utf-8"))
+    if (facts["begun_with"] or "").startswith(f"{name}.safetensors"):
+        keep_part(name, curves)
     shutil.copy(folder / name / FACTS, curves / f"{name}.json")
     shutil.copy(folder / name / LOG, curves / f"{name}.jsonl")
+
+
+def keep_part(name: str, curves: Path) -> None:
+    """Name the curve of a network as a part of its training, since another goes on from its weights."""
+    part = f"{name}-part{1 + len(list(curves.glob(f'{name}-part*.json')))}"
+    for ending in (".json", ".jsonl"):
+        if (curves / f"{name}{ending}").is_file():
+            (curves / f"{name}{ending}").rename(curves / f"{part}{ending}")
 
 
 if __name__ == "__main__":

@@ -14,7 +14,8 @@ from grasp_bench.networks.registry import NETWORKS, info
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
 import train_all
-from train_all import RECIPES, TRUNK, data_commands, finish, train, training_words
+from make_curves import named
+from train_all import RECIPES, TRUNK, data_commands, finish, keep_part, train, training_words
 
 ALIKE = {"tf-grasp-release", "trunk-resnet101"}
 """Networks without a recipe: what was released wrongly, and a trunk that the other one stands in for."""
@@ -56,3 +57,18 @@ def test_the_trunk_comes_first(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) 
 def test_what_was_not_trained_is_not_shipped(tmp_path: Path) -> None:
     with pytest.raises(Exception, match=r"gg-cnn\.safetensors are missing"):
         finish("gg-cnn", tmp_path, tmp_path)
+
+
+def test_a_curve_from_whose_weights_another_training_goes_on_is_kept_as_a_part(tmp_path: Path) -> None:
+    for stem, content in (("gg-cnn-part1", "first"), ("gg-cnn", "second"), ("gg-cnn2", "another")):
+        for ending in (".json", ".jsonl"):
+            (tmp_path / f"{stem}{ending}").write_text(content)
+    keep_part("gg-cnn", tmp_path)
+    assert {path.name: path.read_text() for path in tmp_path.glob("*.json")} == {
+        "gg-cnn-part1.json": "first",
+        "gg-cnn-part2.json": "second",
+        "gg-cnn2.json": "another",
+    }
+    assert (tmp_path / "gg-cnn-part2.jsonl").read_text() == "second"
+    assert named(tmp_path / "gg-cnn-part2.json") == "gg-cnn, part 2"
+    assert named(tmp_path / "gg-cnn.json") == "gg-cnn"

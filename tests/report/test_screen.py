@@ -74,8 +74,8 @@ def test_my_run_is_marked_among_the_rows_of_its_scenario(lines: list[str]) -> No
 def test_other_groups_are_a_line_each(lines: list[str]) -> None:
     at = lines.index("Also here")
     assert lines[at + 1 : at + 7] == [
-        "21 more of these trials: gq-cnn 172/180, htc-grasp-no-ea 172/180,",
-        "  redmon-multigrasp 172/180 and 18 more",
+        "21 more of these trials: tf-grasp 173/180, gg-cnn 172/180, gq-cnn 172/180 and 18",
+        "  more",
         "table4, development seed 0, 24 trials: htc-grasp 24/24, oracle 24/24",
         "table4, seeds 5 to 9, 180 trials each: htc-grasp-tta 870/900 = 96.7% (95.3% –",
         "  97.7%), htc-grasp 869/900 = 96.6% (95.2% – 97.6%)",

@@ -141,8 +141,8 @@ class Trained:
     @property
     def network(self) -> str:
         """The registered network; AssetError where the file does not say of which it is."""
-        if _names_network(self._named):
-            return self._named.removesuffix(TTA)
+        if named := self._parts[0]:
+            return named.removesuffix(TTA)
         stored = self.weights.metadata().get("network")
         if stored not in NETWORKS:
             raise AssetError(
@@ -153,19 +153,20 @@ class Trained:
     @property
     def weights(self) -> WeightsFile:
         """The file of its weights."""
-        path = self.name.partition(AT)[2] if _names_network(self._named) else self.name
-        return WeightsFile(Path(path))
+        return WeightsFile(self._parts[1])
 
     @property
-    def _named(self) -> str:
-        return self.name.partition(AT)[0]
+    def _parts(self) -> tuple[str, Path]:
+        """The network as it is named, empty where the name is that of the file alone, and the file."""
+        named, _, path = self.name.partition(AT)
+        return (named, Path(path)) if _names_network(named) else ("", Path(self.name))
 
     def load(self) -> Predictor:
         """Make the predictor; AssetError for weights that are missing, damaged or of another network."""
         from grasp_bench.predictors.network import NetworkPredictor
 
-        tta = _names_network(self._named) and self._named.endswith(TTA)
-        return NetworkPredictor(self.network, self.weights.path, tta=tta)
+        named, path = self._parts
+        return NetworkPredictor(self.network, path, tta=named.endswith(TTA))
 
     def facts(self, predictor: object) -> dict[str, Any]:
         """Return what identifies it: its weights."""

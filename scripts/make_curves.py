@@ -22,6 +22,8 @@ from grasp_bench.studies.curve_chart import Cost, Curve, as_svg
 ROOT = Path(__file__).parents[1]
 PART = re.compile(r"(.+)-part(\d+)")
 """Name of the file of a training from whose weights another of the same network went on."""
+CONTINUED = ", part "
+"""Between a network and the number of such a training, where it is listed."""
 ENDED = {"flat": "flat", "minutes": "cut off by the clock", "steps": "steps given"}
 HEAD = ("Network", "Seed", "Steps × batch", "Hours", "PFLOP", "Scenes", "Ended", "Held at the end")
 
@@ -44,7 +46,7 @@ def main(root: Path = ROOT) -> None:
 def named(path: Path) -> str:
     """Name a training as its file is named, since a network may have had several."""
     part = PART.fullmatch(path.stem)
-    return f"{part[1]}, part {part[2]}" if part else path.stem
+    return part[1] + CONTINUED + part[2] if part else path.stem
 
 
 def listed(trainings: Mapping[str, dict[str, Any]]) -> str:
@@ -75,7 +77,7 @@ def listed(trainings: Mapping[str, dict[str, Any]]) -> str:
             ]
         )
         # a part has gone on since, from where it was cut off
-        if facts["ended"] == "minutes" and ", part " not in name:
+        if facts["ended"] == "minutes" and CONTINUED not in name:
             unfinished.append(finishing_command(facts["commands"].splitlines()[-1]))
     text = markdown([TextTable("", HEAD, rows, numbers=(1, 2, 3, 4, 7))]).strip()
     if unfinished:

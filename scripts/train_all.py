@@ -126,11 +126,18 @@ def finish(name: str, folder: Path, curves: Path = CURVES) -> None:
     made.require()
     run(["calibrate", name, "--weights", str(made.path.resolve())], folder)
     print(ship(made).path)
-    facts = json.loads((folder / name / FACTS).read_text(encoding="utf-8"))
-    if (facts["begun_with"] or "").startswith(f"{name}.safetensors"):
+    store_curve(name, folder / name, curves)
+
+
+def store_curve(name: str, trained: Path, curves: Path) -> None:
+    """Copy a training's curve to those of what is shipped, and keep another from whose weights it went on."""
+    made, before = trained / FACTS, curves / f"{name}.json"
+    begun = json.loads(made.read_text(encoding="utf-8"))["begun_with"] or ""
+    again = before.is_file() and before.read_bytes() == made.read_bytes()
+    if begun.startswith(f"{name}.safetensors") and not again:
         keep_part(name, curves)
-    shutil.copy(folder / name / FACTS, curves / f"{name}.json")
-    shutil.copy(folder / name / LOG, curves / f"{name}.jsonl")
+    shutil.copy(made, before)
+    shutil.copy(trained / LOG, curves / f"{name}.jsonl")
 
 
 def keep_part(name: str, curves: Path) -> None:

@@ -15,7 +15,18 @@ from grasp_bench.networks.registry import NETWORKS, info
 sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
 import train_all
 from make_curves import named
-from train_all import RECIPES, TRUNK, data_commands, finish, keep_part, train, training_words
+from train_all import (
+    FACTS,
+    LOG,
+    RECIPES,
+    TRUNK,
+    data_commands,
+    finish,
+    keep_part,
+    store_curve,
+    train,
+    training_words,
+)
 
 ALIKE = {"tf-grasp-release", "trunk-resnet101"}
 """Networks without a recipe: what was released wrongly, and a trunk that the other one stands in for."""
@@ -72,3 +83,19 @@ def test_a_curve_from_whose_weights_another_training_goes_on_is_kept_as_a_part(t
     assert (tmp_path / "gg-cnn-part2.jsonl").read_text() == "second"
     assert named(tmp_path / "gg-cnn-part2.json") == "gg-cnn, part 2"
     assert named(tmp_path / "gg-cnn.json") == "gg-cnn"
+
+
+def test_a_curve_stored_twice_is_no_part_of_itself(tmp_path: Path) -> None:
+    trained, curves = tmp_path / "trained", tmp_path / "curves"
+    trained.mkdir()
+    curves.mkdir()
+    (curves / "gg-cnn.json").write_text("earlier")
+    (curves / "gg-cnn.jsonl").write_text("earlier")
+    (trained / FACTS).write_text('{"begun_with": "gg-cnn.safetensors 0123456789abcdef"}')
+    (trained / LOG).write_text("later")
+    for _ in range(2):
+        store_curve("gg-cnn", trained, curves)
+    assert {path.name: path.read_text() for path in curves.glob("*.jsonl")} == {
+        "gg-cnn-part1.jsonl": "earlier",
+        "gg-cnn.jsonl": "later",
+    }
